@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
@@ -86,10 +87,12 @@ class Fan:
     max_range: float
     """The longest distance that the sensor measures, in metres."""
 
-    @property
+    @cached_property
     def angles(self) -> Array:
-        """The angles from the sensor's axis to the rays, in radians, from right to left, shape (15,)."""
-        return np.linspace(-self.cone / 2, self.cone / 2, FAN_RAYS)
+        """The angles from the sensor's axis to the rays, in radians, from right to left, shape (15,). Read-only."""
+        angles = np.linspace(-self.cone / 2, self.cone / 2, FAN_RAYS)
+        angles.flags.writeable = False
+        return angles
 
     def rays(self, mount: Mounted) -> tuple[Array, Array]:
         """Return the start of all rays, shape (3,), and their unit vectors, shape (15, 3), in the robot's frame.

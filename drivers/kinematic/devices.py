@@ -74,8 +74,9 @@ def cast_at_circles(x: float, y: float, dx: Array, dy: Array, circles: Array) ->
     circles: x, y and the squared radius of each circle, (m, 3). A circle with a negative squared radius is never hit.
     """
     to_x, to_y = circles[:, 0] - x, circles[:, 1] - y
-    along = np.outer(dx, to_x) + np.outer(dy, to_y)
-    beside = np.outer(dx, to_y) - np.outer(dy, to_x)
+    dx, dy = dx[:, None], dy[:, None]
+    along = dx * to_x + dy * to_y
+    beside = dx * to_y - dy * to_x
     half_chord = np.sqrt(np.maximum(circles[:, 2] - beside**2, 0.0))
     hit = (beside**2 <= circles[:, 2]) & (along >= half_chord)
     nearest: Array = np.where(hit, along - half_chord, math.inf).min(axis=1, initial=math.inf)

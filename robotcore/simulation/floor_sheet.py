@@ -12,7 +12,7 @@ from robotcore.description import WorldDescription
 from robotcore.description.floor_colours import FloorColours
 from robotcore.description.meshes import Rectangle
 from robotcore.description.png import Pixels
-from robotcore.simulation.painter.canvas import fill
+from robotcore.simulation.painter.rasterizing import fill
 
 TEXEL_M = 0.001
 """The least width of a texel on the floor, in metres."""

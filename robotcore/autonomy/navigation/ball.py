@@ -63,7 +63,7 @@ class BallTracker:
         frame = robot.camera.read()
         blobs = self._detector.find(frame.image, robot.camera.intrinsics)[:1]
         if robot.has(Role.DISPLAY):
-            robot.display.show(draw_boxes(frame.image, blobs))
+            robot.display.show(draw_boxes(frame.image, blobs) if blobs else frame.image)
         blob = blobs[0] if blobs else None
         self._seen_at = frame.time if blob else self._seen_at
         self.lost_for = 0.0 if blob else robot.clock.now() - self._seen_at

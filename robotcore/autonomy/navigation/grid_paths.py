@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import NamedTuple
+from typing import Any, TypeVar
 
 import cv2
 import numpy as np
@@ -11,9 +11,9 @@ from numpy.typing import ArrayLike, NDArray
 Mask = NDArray[np.bool_]
 Steps = NDArray[np.int32]
 Cell = tuple[int, int]
+Scalar = TypeVar("Scalar", bound=np.generic)
 
 UNREACHED = np.iinfo(np.int32).max
-_CROSS = cv2.getStructuringElement(cv2.MORPH_CROSS, (3, 3))
 SQUARE = cv2.getStructuringElement(cv2.MORPH_RECT, (3, 3))
 """A cell and its eight neighbours, for the morphological functions of OpenCV."""
 
@@ -33,33 +33,59 @@ def wavefront(start: Cell, open_cells: Mask, goals: Mask | None = None) -> Steps
     [0, 1]
     """
     steps = np.full(open_cells.shape, UNREACHED, dtype=np.int32)
-    steps[start] = 0
-    passable = open_cells.astype(np.uint8)
-    passable[start] = 1
-    left, top, width, height = cv2.boundingRect(passable)
+    passable = open_cells.copy()
+    passable[start] = True
+    left, top, width, height = cv2.boundingRect(passable.view(np.uint8))
     inside = slice(top, top + height), slice(left, left + width)
-    _flood(steps[inside], passable[inside], None if goals is None else goals[inside])
+    local = start[0] - top, start[1] - left
+    steps[inside] = _flood(local, passable[inside], None if goals is None else goals[inside])
     return steps
 
 
-def _flood(steps: Steps, passable: NDArray[np.uint8], goals: Mask | None) -> None:
-    """Write into ``steps`` the number of the step that reaches each cell.
+def _flood(start: Cell, passable: Mask, goals: Mask | None) -> Steps:
+    """Return the number of the step that reaches each cell.
+
+    A mask is one long integer with a bit for each cell, because an integer shifts and combines all its bits at once.
 
     The search ends after two successive steps without a new cell. One is not enough: an even step goes to no diagonal
     neighbour.
     """
-    reached = (steps == 0).astype(np.uint8)
-    idle = 0
-    for step in range(1, steps.size):
-        grown = passable & np.asarray(cv2.dilate(reached, SQUARE if step % 2 else _CROSS), np.uint8)
-        new = grown != reached
-        idle = 0 if new.any() else idle + 1
-        if idle == 2:
+    (row, column), (height, width) = start, passable.shape
+    line = width + 1  # A closed cell follows each row, so that a shifted bit does not enter the next row.
+    open_bits, goal_bits = _pack_bits(passable), 0 if goals is None else _pack_bits(goals)
+    reached = 1 << row * line + column
+    digits: list[int] = []  # the binary digits of the cells' numbers of steps, as masks, the lowest digit first
+    idle = step = 0
+    while idle < 2:
+        step += 1
+        beside = reached | reached << 1 | reached >> 1
+        above_and_below = beside if step % 2 else reached
+        grown = (beside | above_and_below << line | above_and_below >> line) & open_bits
+        new, reached = grown ^ reached, grown
+        idle = 0 if new else idle + 1
+        if step >> len(digits):
+            digits.append(0)
+        digits = [digit | new if step >> place & 1 else digit for place, digit in enumerate(digits)]
+        if new & goal_bits:
             break
-        steps[new] = step
-        reached = grown
-        if goals is not None and goals[new].any():
-            break
+    steps = np.where(_unpack_bits(reached, passable.shape), 0, UNREACHED)
+    for place, digit in enumerate(digits):
+        steps += _unpack_bits(digit, passable.shape).astype(np.int32) << place
+    return steps
+
+
+def _pack_bits(mask: Mask) -> int:
+    """Return a mask as an integer. Its bits are the cells row by row, and a 0 after each row."""
+    rows = np.zeros((mask.shape[0], mask.shape[1] + 1), np.bool_)
+    rows[:, :-1] = mask
+    return int.from_bytes(np.packbits(rows, bitorder="little").tobytes(), "little")
+
+
+def _unpack_bits(bits: int, shape: tuple[int, ...]) -> Mask:
+    """Return the mask of a shape for which `_pack_bits` returns this integer."""
+    height, line = shape[0], shape[1] + 1
+    data = np.frombuffer(bits.to_bytes(height * line // 8 + 1, "little"), np.uint8)
+    return np.unpackbits(data, count=height * line, bitorder="little").reshape(height, line)[:, :-1].view(np.bool_)
 
 
 def backtrack(steps: Steps, goal: Cell) -> list[Cell]:
@@ -80,68 +106,83 @@ def backtrack(steps: Steps, goal: Cell) -> list[Cell]:
     return path[::-1]
 
 
-def is_straight_way(open_cells: Mask, start: Cell, goal: Cell) -> bool:
-    """Return whether all cells on the line between two cells are open, except for the start."""
-    return bool(are_straight_ways(open_cells, [start], [goal])[0])
+def is_straight_way(open_cells: Mask, start: Cell, goal: Cell, corner: Cell = (0, 0)) -> bool:
+    """Return whether all cells on the line between two cells are open, except for the start.
+
+    It gives the result of `are_straight_ways`, and is faster for one line.
+    """
+    (row, column), (top, left), (height, width) = start, corner, open_cells.shape
+    down, right = goal[0] - row, goal[1] - column
+    span = max(2 * max(abs(down), abs(right)), 1)
+    down, right = down / span, right / span
+    for at in range(1, span + 1):
+        y, x = round(row + at * down), round(column + at * right)
+        is_inside = 0 <= y - top < height and 0 <= x - left < width
+        if is_inside and not open_cells[y - top, x - left] and (y, x) != start:
+            return False
+    return True
 
 
-def are_straight_ways(open_cells: Mask, starts: ArrayLike, goals: ArrayLike) -> Mask:
+def are_straight_ways(open_cells: Mask, starts: ArrayLike, goals: ArrayLike, corner: Cell = (0, 0)) -> Mask:
     """Return for each pair of a start and a goal whether all cells on the line are open, except for the start, (n,).
 
-    open_cells: the mask of the open cells. Cells outside the grid count as open.
+    open_cells: the mask of the open cells. Cells outside the mask count as open.
     starts, goals: rows and columns, (n, 2), or (1, 2) for a cell that all lines have in common.
+    corner: the row and the column of the mask's first cell, if the mask is a part of the grid.
     """
     first, last = np.broadcast_arrays(np.asarray(starts), np.asarray(goals))
-    lines = _lines(first, last)
-    inside = np.asarray(((lines >= 0) & (lines < open_cells.shape)).all(axis=2))
-    rows, columns = np.where(inside[..., None], lines, 0).transpose(2, 0, 1)
-    is_start = (lines == first[:, None]).all(axis=2)
-    return np.asarray((open_cells[rows, columns] | is_start | ~inside).all(axis=1))
-
-
-def _lines(first: NDArray[np.intp], last: NDArray[np.intp]) -> NDArray[np.intp]:
-    """Return the cells on the lines between pairs of cells, (n, points, 2).
-
-    A line has two points for each cell of its length, so that it skips no cell at a corner. The last cell of a shorter
-    line is repeated, because all rows of the array have the same length.
-    """
-    spans = 2 * np.abs(last - first).max(axis=1)
-    at = np.minimum(np.arange(spans.max(initial=0) + 1), spans[:, None])[..., None]
-    pace = (last - first) / np.maximum(spans, 1)[:, None]
-    return np.asarray((first[:, None] + at * pace[:, None]).round().astype(np.intp))
+    # A line has two points for each cell of its length, so that it skips no cell at a corner. All lines have the same
+    # number of points, so the last point of a shorter line is repeated.
+    spans = 2 * np.abs(last - first).max(axis=1, keepdims=True)
+    at = np.minimum(np.arange(spans.max(initial=0) + 1), spans)
+    pace = (last - first) / np.maximum(spans, 1)
+    rows, columns = (
+        np.rint(begin[:, None] + at * step[:, None]).astype(np.intp) for begin, step in zip(first.T, pace.T, strict=True)
+    )
+    is_start = (rows == first[:, :1]) & (columns == first[:, 1:])
+    bordered = np.pad(open_cells, 1, constant_values=True)  # an open border stands for all cells outside the mask
+    (top, left), (height, width) = corner, open_cells.shape
+    is_open = bordered[(rows - top).clip(-1, height) + 1, (columns - left).clip(-1, width) + 1]
+    return np.asarray((is_open | is_start).all(axis=1))
 
 
 Angles = NDArray[np.float64]
 Cells = NDArray[np.intp]
 
-
-class Rays(NamedTuple):
-    """The cells along rays, in arrays of the shape (number of starts, number of angles, number of radii)."""
-
-    rows: Cells
-    """The row of each cell. The rows outside the grid are clipped to its border."""
-    columns: Cells
-    """The column of each cell. The columns outside the grid are clipped to its border."""
-    inside: Mask
-    """Whether the cell was inside the grid before it was clipped."""
-
-    def of(self, mask: Mask) -> Mask:
-        """Return the value of a mask at each cell along the rays. Outside the grid the value is False."""
-        return np.asarray(mask[self.rows, self.columns] & self.inside)
+Rays = tuple[NDArray[np.float64], NDArray[np.float64]]
+"""The rows and the columns of the cells along rays, relative to the rays' start, each (angles, radii)."""
 
 
-def rays_from(starts: Cells, angles: Angles, radii: Cells, count: int) -> Rays:
+def compute_ray_offsets(angles: Angles, radii: Cells) -> Rays:
     """Return the cells along rays.
 
-    starts: rows and columns, (n, 2).
     angles: the directions of the rays in radians. The column grows in the direction 0, the row in the direction π/2.
     radii: the distances of a ray's cells from its start, in cells.
-    count: the number of rows of the grid, which is also that of its columns.
     """
-    rows = starts[:, 0, None, None] + np.rint(np.sin(angles)[:, None] * radii).astype(np.intp)
-    columns = starts[:, 1, None, None] + np.rint(np.cos(angles)[:, None] * radii).astype(np.intp)
-    inside = (rows >= 0) & (rows < count) & (columns >= 0) & (columns < count)
-    return Rays(rows.clip(0, count - 1), columns.clip(0, count - 1), inside)
+    return np.rint(np.sin(angles)[:, None] * radii), np.rint(np.cos(angles)[:, None] * radii)
+
+
+def cut_out(array: NDArray[Scalar], low: Cell, high: Cell) -> NDArray[Scalar]:
+    """Return the rectangle of an array from one cell to another, both included. Call `set_outside` on what follows.
+
+    In the cells outside the array, the rectangle repeats the border of the array.
+    """
+    (top, left), (bottom, right), (height, width) = low, high, array.shape
+    if top >= 0 and left >= 0 and bottom < height and right < width:
+        return array[top : bottom + 1, left : right + 1]
+    rows, columns = (np.arange(first, last + 1) for first, last in zip(low, high, strict=True))
+    return array.take(rows, axis=0, mode="clip").take(columns, axis=1, mode="clip")
+
+
+def set_outside(rectangle: NDArray[Any], low: Cell, shape: tuple[int, ...], value: float) -> None:
+    """Write a value into all cells of a rectangle that are outside a grid.
+
+    low: the row and the column of the rectangle's first cell on the grid.
+    shape: the numbers of rows and columns of the grid.
+    """
+    (top, left), (height, width) = low, shape
+    rectangle[: max(-top, 0)] = rectangle[max(height - top, 0) :] = value
+    rectangle[:, : max(-left, 0)] = rectangle[:, max(width - left, 0) :] = value
 
 
 def mask_hidden(hides: Mask) -> Mask:

@@ -7,7 +7,7 @@ from collections.abc import Iterable
 
 import numpy as np
 
-from robotcore.autonomy.navigation.grid_paths import Angles, Cell, are_straight_ways
+from robotcore.autonomy.navigation.grid_paths import Angles, Cell, is_straight_way
 from robotcore.autonomy.navigation.planner import NO_PATH, GridPath, Traversability
 from robotcore.geometry import Pose, Twist, wrap_angle
 
@@ -95,34 +95,34 @@ class Follower:
 
     def start(self, path: GridPath) -> None:
         """Begin to follow a path."""
-        self._path, self._open = path
+        self._path, self._open = np.array(path.cells, np.intp).reshape(-1, 2), path.open_cells
 
     @property
     def path(self) -> tuple[Cell, ...]:
         """The cells of the path that the robot has not reached."""
-        return tuple(self._path)
+        return tuple((row, column) for row, column in self._path.tolist())
 
     def follow(self, pose: Pose) -> Twist | None:
         """Return the velocity along the path, or None at its end. Plan the path again if it is blocked."""
         grid = self._ground.grid
         here = grid.cell_of(pose.x, pose.y)
-        if any(grid.evidence[cell] > 0 for cell in self._path):
-            self.start(self._ground.find_path(here, self._path[-1]))
-        while self._path:
+        if (grid.evidence[tuple(self._path.T)] > 0).any():
+            self.start(self._ground.find_path(here, self.path[-1]))
+        while len(self._path):
             x, y = grid.point_of(*self._find_lookahead(here))
             if (away := pose.distance_to(x, y)) >= ARRIVED_M:
                 return self._steering.steer(pose.bearing_to(x, y), away)
-            self._path.pop(0)
+            self._path = self._path[1:]
         return None
 
     def _find_lookahead(self, here: Cell) -> Cell:
         """Return the cell to which the robot steers, and delete the cells before it from the path."""
         limit = round(LOOKAHEAD_M / self._ground.grid.cell)
-        ahead = self._path[: 2 * limit]
-        straight = are_straight_ways(self._open, [here], ahead)
-        near = [index for index, cell in enumerate(ahead) if straight[index] and math.dist(here, cell) <= limit]
-        self._path = self._path[max(near, default=0) :]
-        return self._path[0]
+        ahead = [(row, column) for row, column in self._path[: 2 * limit].tolist()]
+        near = (index for index in reversed(range(len(ahead))) if math.dist(here, ahead[index]) <= limit)
+        farthest = next((index for index in near if is_straight_way(self._open, here, ahead[index])), 0)
+        self._path = self._path[farthest:]
+        return ahead[farthest]
 
 
 HEADING_TOLERANCE_RAD = 0.1

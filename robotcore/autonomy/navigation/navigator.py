@@ -5,7 +5,7 @@ from __future__ import annotations
 from robotcore.autonomy.navigation.mapping import NavigationMap
 from robotcore.autonomy.navigation.motion import NO_SCAN, CameraLook, Follower, SensorSurvey, Steering
 from robotcore.autonomy.navigation.next_best_view import Viewpoint, best_viewpoint
-from robotcore.autonomy.navigation.occupancy_grid import OccupancyGrid
+from robotcore.autonomy.navigation.occupancy_grid import OccupancyGrid, get_corner
 from robotcore.autonomy.navigation.planner import (
     NO_PATH,
     NO_PATH_PLAN,
@@ -217,8 +217,11 @@ class Navigator:
         return self._survey.is_near(pose, self.map.ground.reach)
 
     def _is_free_behind(self, pose: Pose) -> bool:
-        behind = self.map.grid.cell_of(*pose.to_world(-CHECK_BEHIND_M, 0.0))
-        return bool(self.map.grid.clearance()[behind] > CLEARANCE_BEHIND_M)
+        grid = self.map.grid
+        row, column = grid.cell_of(*pose.to_world(-CHECK_BEHIND_M, 0.0))
+        window = grid.find_window([(row, column)], CLEARANCE_BEHIND_M)
+        top, left = get_corner(window)
+        return bool(grid.clearance(window=window)[row - top, column - left] > CLEARANCE_BEHIND_M)
 
     def _turn(self, sense: float) -> Twist | None:
         return Twist(0.0, sense * self._steering.turn) if sense else None

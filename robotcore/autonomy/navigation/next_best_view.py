@@ -3,14 +3,13 @@
 from __future__ import annotations
 
 import math
+from functools import lru_cache
 from typing import NamedTuple
 
-import cv2
 import numpy as np
 from numpy.typing import NDArray
 
 from robotcore.autonomy.navigation.grid_paths import (
-    SQUARE,
     UNREACHED,
     Angles,
     Cell,
@@ -19,8 +18,10 @@ from robotcore.autonomy.navigation.grid_paths import (
     Rays,
     Steps,
     backtrack,
+    compute_ray_offsets,
+    cut_out,
     mask_hidden,
-    rays_from,
+    set_outside,
     wavefront,
 )
 from robotcore.autonomy.navigation.occupancy_grid import CLOSE_M, OccupancyGrid
@@ -52,14 +53,21 @@ Areas = NDArray[np.float64]
 Probabilities = NDArray[np.float64]
 
 
+OPACITY_BITS, UNKNOWN_BIT, SEEN_BIT = 3, 4, 8
+"""The bits of a cell's code. Its opacity is 0, or 1 for an opaque cell, or 2 for a surely opaque one."""
+
+
 class Coverage:
     """The cells of a map that the camera has seen."""
 
     def __init__(self, grid: OccupancyGrid) -> None:
-        self.seen = np.zeros_like(grid.free)
+        self.seen = np.zeros_like(grid.evidence, np.bool_)
         """Whether the camera has seen a cell, as a mask of the grid."""
         self._grid = grid
+        self._reach = round(VIEW_M / grid.cell)
         self._angles = np.linspace(0.0, math.tau, COARSE_RAYS, endpoint=False, dtype=np.float64)
+        self._radii = np.arange(1, self._reach + 1)
+        self._coarse_rays = compute_ray_offsets(self._angles, self._radii[COARSE_CELLS - 1 :: COARSE_CELLS])
 
     def add_view(self, eye: Pose, field_of_view: float) -> None:
         """Mark the free cells in a camera's field of view as seen.
@@ -69,20 +77,25 @@ class Coverage:
         eye: the camera's pose.
         field_of_view: the camera's horizontal field of view in radians.
         """
-        half = field_of_view / 2
-        angles = eye.heading + np.linspace(-half, half, math.ceil(field_of_view / FINE_RAD))
-        rays = self._rays(self._cell(eye.x, eye.y), angles, 1)
-        self._mark_seen(rays, ~mask_hidden(~rays.of(self._grid.free)))
+        (row, column), count = self._grid.cell_of(eye.x, eye.y), self._grid.count
+        rows, columns = compute_ray_offsets(eye.heading + _spread_angles(field_of_view), self._radii)
+        cells = (rows * count + columns + (row * count + column)).astype(np.intp)
+        is_free = self._grid.evidence.take(cells, mode="clip") < 0
+        if not self._reach <= min(row, column) <= max(row, column) < count - self._reach:
+            is_free &= (rows >= -row) & (rows < count - row) & (columns >= -column) & (columns < count - column)
+        self.seen.reshape(-1)[cells[np.logical_and.accumulate(is_free, axis=1)]] = True
 
     def add_full_turn(self, x: float, y: float) -> None:
         """Mark all cells as seen that the camera may have seen in a full turn at a point. Call it after the turn."""
-        angles = np.linspace(0.0, math.tau, math.ceil(math.tau / FINE_RAD))
-        rays = self._rays(self._cell(x, y), angles, 1)
-        self._mark_seen(rays, self._view_probabilities(rays, 1) > 0)
+        row, column = self._grid.cell_of(x, y)
+        rays = compute_ray_offsets(np.linspace(0.0, math.tau, math.ceil(math.tau / FINE_RAD)), self._radii)
+        is_seen = self._view_probabilities(np.array([(row, column)]), rays, 1)[0] > 0
+        rows, columns = (each.astype(np.intp) for each in rays)
+        self.seen[rows[is_seen] + row, columns[is_seen] + column] = True
 
     def unseen_bearings(self, pose: Pose) -> Angles:
         """Return the bearings from a pose at which at least `MIN_TURN_M2` of unseen area is visible, in [-π, π)."""
-        areas = self._measure_unseen_along_rays(self._cell(pose.x, pose.y))[0]
+        areas = self._measure_unseen_along_rays(np.array([self._grid.cell_of(pose.x, pose.y)]))[0]
         around = areas + np.roll(areas, 1) + np.roll(areas, -1)
         return np.asarray((self._angles[around >= MIN_TURN_M2] - pose.heading + math.pi) % math.tau - math.pi)
 
@@ -94,41 +107,57 @@ class Coverage:
         return np.asarray(self._measure_unseen_along_rays(cells).sum(axis=1))
 
     def _measure_unseen_along_rays(self, cells: Cells) -> Areas:
-        rays = self._rays(cells, self._angles, COARSE_CELLS)
-        radii = COARSE_CELLS * np.arange(1, rays.rows.shape[2] + 1)
+        probabilities = self._view_probabilities(cells, self._coarse_rays, COARSE_CELLS)
+        radii = COARSE_CELLS * np.arange(1, probabilities.shape[2] + 1)
         areas = radii * (COARSE_CELLS * math.tau / COARSE_RAYS * self._grid.cell**2)
-        return np.asarray((self._view_probabilities(rays, COARSE_CELLS) * areas).sum(axis=2))
+        return np.asarray((probabilities * areas).sum(axis=2))
 
-    def _view_probabilities(self, rays: Rays, step: int) -> Probabilities:
+    def _view_probabilities(self, starts: Cells, rays: Rays, step: int) -> Probabilities:
         """Return for each cell along rays the probability that a camera at the ray's start sees it for the first time.
 
-        The probability is 1, `GAP_PROBABILITY` or 0. From farther than `CLOSE_M`, an uncertain cell is opaque.
+        The probability is 1, `GAP_PROBABILITY` or 0. From farther than `CLOSE_M`, an uncertain cell is opaque. The
+        result has the shape (starts, angles, radii).
+
+        step: the distance between successive cells of a ray, in cells.
         """
-        hides = self._mask_opaque(rays, self._grid.occupied)
-        hides_surely = self._mask_opaque(rays, self._grid.occupied & ~self._grid.uncertain)
-        is_near = np.arange(hides.shape[2]) < round(CLOSE_M / self._grid.cell / step)
-        unknown = np.cumsum(~rays.of(self._grid.free), axis=2) * (step * self._grid.cell)
-        is_new = (unknown <= GUESS_M) & ~rays.of(self.seen)
-        chances = np.where(mask_hidden(np.where(is_near, hides_surely, hides)), 0.0, GAP_PROBABILITY)
-        return np.asarray(np.where(mask_hidden(hides), chances, 1.0) * is_new)
+        if not len(starts):
+            return np.zeros((0, *rays[0].shape))
+        low = starts.min(axis=0) - self._reach
+        codes = self._encode_cells(low, starts.max(axis=0) + self._reach)
+        first = (starts - low) @ (codes.shape[1], 1)
+        along = codes.take(first[:, None, None] + (rays[0] * codes.shape[1] + rays[1]).astype(np.intp))
+        opacity = along & OPACITY_BITS
+        is_near = np.arange(along.shape[2]) < round(CLOSE_M / self._grid.cell / step)
+        unknown = np.cumsum(along & UNKNOWN_BIT > 0, axis=2, dtype=np.uint8) * (step * self._grid.cell)
+        is_new = (unknown <= GUESS_M) & (along & SEEN_BIT == 0)
+        chances = np.where(mask_hidden(opacity > is_near), 0.0, GAP_PROBABILITY)
+        return np.asarray(np.where(mask_hidden(opacity > 0), chances, 1.0) * is_new)
 
-    def _mask_opaque(self, rays: Rays, walls: Mask) -> Mask:
-        """Return for each cell along rays whether it is opaque.
+    def _encode_cells(self, low: Cells, high: Cells) -> NDArray[np.uint8]:
+        """Return the codes of all cells between two corners of a rectangle, both included.
 
-        Walls are widened by one cell, so that no ray passes between two cells that touch at a corner.
+        Walls are widened by one cell, so that no ray passes between two cells that touch at a corner. Cells outside the
+        map are surely opaque.
         """
-        thick = np.asarray(cv2.dilate(walls.astype(np.uint8), SQUARE), np.bool_)
-        return np.asarray(rays.of(thick) | ~rays.inside)
+        (top, left), (bottom, right) = low.tolist(), high.tolist()
+        wider = (top - 1, left - 1), (bottom + 1, right + 1)
+        evidence, nearest_echo = (cut_out(each, *wider) for each in (self._grid.evidence, self._grid.nearest_echo))
+        walls = evidence > 0
+        set_outside(walls, wider[0], self.seen.shape, False)
+        opacity = walls.view(np.uint8) + (walls & (nearest_echo <= CLOSE_M))
+        opacity = np.maximum(np.maximum(opacity[:-2], opacity[1:-1]), opacity[2:])
+        opacity = np.maximum(np.maximum(opacity[:, :-2], opacity[:, 1:-1]), opacity[:, 2:])
+        is_unknown, is_seen = evidence[1:-1, 1:-1] >= 0, cut_out(self.seen, (top, left), (bottom, right))
+        codes = opacity + UNKNOWN_BIT * is_unknown.view(np.uint8) + SEEN_BIT * is_seen.view(np.uint8)
+        set_outside(codes, (top, left), self.seen.shape, 2 + UNKNOWN_BIT)
+        return codes
 
-    def _mark_seen(self, rays: Rays, is_seen: Mask) -> None:
-        self.seen[rays.rows[is_seen], rays.columns[is_seen]] = True
 
-    def _rays(self, cells: Cells, angles: Angles, step: int) -> Rays:
-        radii = np.arange(step, round(VIEW_M / self._grid.cell) + 1, step)
-        return rays_from(cells, angles, radii, self._grid.count)
-
-    def _cell(self, x: float, y: float) -> Cells:
-        return np.array([self._grid.cell_of(x, y)])
+@lru_cache(maxsize=1)
+def _spread_angles(field_of_view: float) -> Angles:
+    """Return the angles of the rays in a field of view, relative to its middle, in radians."""
+    half = field_of_view / 2
+    return np.linspace(-half, half, math.ceil(field_of_view / FINE_RAD))
 
 
 MIN_GAIN_M2 = 0.1

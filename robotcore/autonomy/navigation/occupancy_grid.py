@@ -41,8 +41,24 @@ A farther echo marks a wider arc of cells, which may include a gap wide enough f
 PICTURE_PX = 480
 """The width or the height of a map's picture in a notebook, in pixels."""
 
+CLOSED_CELLS = 2
+"""`OccupancyGrid.clearance` fills gaps between free cells of up to this width, in cells."""
+
 Metres = NDArray[np.float32]
+Indices = tuple[NDArray[np.intp], NDArray[np.intp]]
+"""The rows and the columns of cells, each (n,)."""
+
 Window = tuple[slice, slice]
+"""The rows and the columns of a rectangle of cells."""
+
+WHOLE: Window = slice(None), slice(None)
+"""The window of the whole map."""
+
+
+def get_corner(window: Window) -> Cell:
+    """Return the row and the column of a window's first cell."""
+    rows, columns = window
+    return rows.start, columns.start
 
 
 class OccupancyGrid:
@@ -81,6 +97,8 @@ class OccupancyGrid:
         """The robot's travel in metres plus its turns in radians. `MapMemory.move` increases it."""
         middles = (np.arange(self.count) + 0.5) * cell - size / 2
         self._xs, self._ys = (middles + round(steer / cell) * cell for steer in centre)
+        self._west, self._east = float(self._xs[0]), float(self._xs[-1])
+        self._south, self._north = float(self._ys[0]), float(self._ys[-1])
 
     def __repr__(self) -> str:
         counts = f"{int(self.free.sum())} free, {int(self.occupied.sum())} occupied"
@@ -125,7 +143,7 @@ class OccupancyGrid:
         return encode_png(self.draw())
 
     def _to_cells(self, x: float, y: float) -> tuple[float, float]:
-        return float(y - self._ys[0]) / self.cell, float(x - self._xs[0]) / self.cell
+        return (y - self._south) / self.cell, (x - self._west) / self.cell
 
     @property
     def occupied(self) -> Mask:
@@ -147,7 +165,7 @@ class OccupancyGrid:
 
         If the point is outside the map, the row or the column is below 0, or at least ``count``.
         """
-        row, column = (y - self._ys[0]) / self.cell, (x - self._xs[0]) / self.cell
+        row, column = self._to_cells(x, y)
         return math.floor(row + 0.5), math.floor(column + 0.5)
 
     def point_of(self, row: int, column: int) -> tuple[float, float]:
@@ -156,8 +174,7 @@ class OccupancyGrid:
 
     def is_within(self, x: float, y: float, margin: float) -> bool:
         """Return whether a point lies at least ``margin`` metres inside the map."""
-        west, east, south, north = self._xs[0], self._xs[-1], self._ys[0], self._ys[-1]
-        return bool(min(x - west, east - x, y - south, north - y) > margin)
+        return min(x - self._west, self._east - x, y - self._south, self._north - y) > margin
 
     def add_range(self, sensor: Pose, distance: float, max_range: float, cone: float) -> None:
         """Update the map with a reading of the range sensor.
@@ -168,16 +185,18 @@ class OccupancyGrid:
         cone: the full opening angle of the cone in radians.
         """
         reach = min(distance, max_range)
-        window = self._window(sensor.x, sensor.y, reach + self.cell)
-        in_cone, radius = self._cone(window, sensor, cone)
-        patch, nearest_echo = self.evidence[window], self.nearest_echo[window]
-        self.updated_at[window][in_cone & (radius < reach + self.cell)] = self.travelled
-        patch[in_cone & (radius < reach - 0.5 * self.cell)] += FREE_EVIDENCE
+        cells, radius = self._find_cone(sensor, reach + self.cell, cone)
+        rows, columns = cells
+        is_updated = radius < reach + self.cell
+        self.updated_at[rows[is_updated], columns[is_updated]] = self.travelled
+        evidence = self.evidence[cells]
+        evidence[radius < reach - 0.5 * self.cell] += FREE_EVIDENCE
         if distance <= max_range:
-            echo = self._echo(patch > 0, in_cone, radius - distance)
-            patch[echo] += OCCUPIED_EVIDENCE
-            nearest_echo[echo] = np.minimum(nearest_echo[echo], distance)
-        np.clip(patch, -EVIDENCE_LIMIT, EVIDENCE_LIMIT, out=patch)
+            is_echo = self._mask_echo(evidence > 0, radius - distance)
+            evidence[is_echo] += OCCUPIED_EVIDENCE
+            echo = rows[is_echo], columns[is_echo]
+            self.nearest_echo[echo] = np.minimum(self.nearest_echo[echo], distance)
+        self.evidence[cells] = np.minimum(np.maximum(evidence, -EVIDENCE_LIMIT), EVIDENCE_LIMIT)
 
     def add_free_disc(self, x: float, y: float, radius: float, certain: float) -> None:
         """Mark the cells around a point as free, such as the floor under the robot.
@@ -197,14 +216,11 @@ class OccupancyGrid:
         x, y = sensor.to_world(distance, 0.0)
         if not self.is_within(x, y, 0.0) or self.evidence[self.cell_of(x, y)] > SURELY_FREE:
             return False  # Nearly every call ends here. The rest of the method takes as long as `add_range`.
-        window, about = self._find_echo_area(sensor, distance, cone)
-        evidence = self.evidence[window][about]
-        return bool((evidence <= SURELY_FREE).all())
+        return bool((self.evidence[self._find_echo_area(sensor, distance, cone)] <= SURELY_FREE).all())
 
     def clear_echo(self, sensor: Pose, distance: float, cone: float) -> None:
         """Mark the cells at the position of an echo and next to it as unknown."""
-        window, about = self._find_echo_area(sensor, distance, cone)
-        self.evidence[window][about] = 0.0
+        self.evidence[self._find_echo_area(sensor, distance, cone)] = 0.0
 
     def forget(self, cells: Mask) -> None:
         """Mark cells as unknown."""
@@ -213,56 +229,88 @@ class OccupancyGrid:
 
     def disc(self, x: float, y: float, radius: float) -> Mask:
         """Return the mask of the cells in a circle, given by its centre and its radius in metres."""
-        return np.asarray(self._away((slice(None), slice(None)), x, y) <= radius)
+        mask, window = np.zeros_like(self.evidence, np.bool_), self._window(x, y, radius)
+        mask[window] = self._away(window, x, y) <= radius
+        return mask
 
-    def clearance(self, *, with_unknown: bool = True, overlook: Mask | None = None) -> Metres:
+    def find_window(self, cells: Sequence[Cell], clearance: float) -> Window:
+        """Return a window around cells in which `clearance` computes their clearances up to a limit.
+
+        cells: the cells. The window contains those of them that are on the map, and at least one cell.
+        clearance: the limit in metres. In the window, a greater clearance may be too great.
+        """
+        margin = math.ceil(clearance / self.cell) + CLOSED_CELLS
+        rows, columns = (
+            slice(max(min(min(at) - margin, self.count - 1), 0), max(min(max(at) + margin + 1, self.count), 1))
+            for at in zip(*cells, strict=True)
+        )
+        return rows, columns
+
+    def clearance(self, *, with_unknown: bool = True, overlook: Mask | None = None, window: Window = WHOLE) -> Metres:
         """Return the distance of each cell to the nearest occupied cell, in metres.
 
         with_unknown: whether unknown cells count as occupied.
         overlook: cells that count as free.
+        window: the part of the map to compute, see `find_window`.
         """
-        open_cells = ~self.occupied
+        evidence = self.evidence[window]
+        open_cells = evidence <= 0
         if with_unknown:
             # A turning sensor leaves gaps of up to two cells between the cones of successive readings.
-            closed = cv2.morphologyEx(self.free.astype(np.uint8), cv2.MORPH_CLOSE, SQUARE)
+            closed = cv2.morphologyEx((evidence < 0).view(np.uint8), cv2.MORPH_CLOSE, SQUARE)
             open_cells &= np.asarray(closed, np.bool_)
         if overlook is not None:
-            open_cells = open_cells | overlook
-        distance = cv2.distanceTransform(open_cells.astype(np.uint8), cv2.DIST_L2, 5)
+            open_cells |= overlook[window]
+        distance = cv2.distanceTransform(open_cells.view(np.uint8), cv2.DIST_L2, 5)
         return np.asarray(distance * self.cell, dtype=np.float32)
 
-    def _cone(self, window: Window, sensor: Pose, cone: float) -> tuple[Mask, NDArray[np.float64]]:
-        """Return a mask of the cells in the sensor's cone, and each cell's distance from the sensor in metres.
+    def _find_cone(self, sensor: Pose, reach: float, cone: float) -> tuple[Indices, NDArray[np.float64]]:
+        """Return the cells in the sensor's cone, and each cell's distance from the sensor in metres, (n,).
 
-        Near the sensor, the cone is as wide as a cell.
+        Near the sensor, the cone is as wide as a cell. Some of the cells are a little farther away than ``reach``. They
+        lie in the square around the sensor whose sides are ``2 * reach`` metres long.
         """
-        dx, dy = self._xs[window[1]] - sensor.x, (self._ys[window[0]] - sensor.y)[:, None]
-        cos, sin = math.cos(sensor.heading), math.sin(sensor.heading)
+        (x, y, _), cos, sin = sensor, math.cos(sensor.heading), math.sin(sensor.heading)
+        slope, narrow, far = math.tan(cone / 2), self.cell / 2, reach + self.cell
+        # The rectangle around the cone's four corners is far smaller than the square.
+        wide, tip_x, tip_y = max(far * slope, narrow), x + far * cos, y + far * sin
+        rows, columns = self._find_rectangle(
+            max(x - reach, min(x - narrow * abs(sin), tip_x - wide * abs(sin))),
+            max(y - reach, min(y - narrow * abs(cos), tip_y - wide * abs(cos))),
+            min(x + reach, max(x + narrow * abs(sin), tip_x + wide * abs(sin))),
+            min(y + reach, max(y + narrow * abs(cos), tip_y + wide * abs(cos))),
+        )
+        dx, dy = self._xs[columns] - x, (self._ys[rows] - y)[:, None]
         ahead, aside = dx * cos + dy * sin, np.abs(dy * cos - dx * sin)
-        in_cone = (ahead > 0) & (aside <= np.maximum(ahead * math.tan(cone / 2), self.cell / 2))
-        return in_cone, np.hypot(ahead, aside)
+        in_cone = np.flatnonzero((ahead > 0) & (aside <= np.maximum(ahead * slope, narrow)))
+        row, column = np.divmod(in_cone, max(ahead.shape[1], 1))
+        return (row + rows.start, column + columns.start), np.hypot(ahead.take(in_cone), aside.take(in_cone))
 
-    def _echo(self, occupied: Mask, in_cone: Mask, beyond: NDArray[np.float64]) -> Mask:
-        """Return the mask of the cells that may have caused an echo.
+    def _mask_echo(self, occupied: Mask, beyond: NDArray[np.float64]) -> Mask:
+        """Return for each cell of a cone whether it may have caused an echo, (n,).
 
         These are the occupied cells at the echo's distance. Without such a cell, they are all cells at that distance.
         See Thrun, Learning occupancy grids with forward sensor models, 2003.
 
         beyond: each cell's distance from the sensor minus the echo's, in metres.
         """
-        known = in_cone & (np.abs(beyond) <= 1.5 * self.cell) & occupied
-        arc = in_cone & (beyond >= -0.5 * self.cell) & (beyond <= self.cell)
-        return known if known.any() else arc
+        known = (np.abs(beyond) <= 1.5 * self.cell) & occupied
+        return known if known.any() else (beyond >= -0.5 * self.cell) & (beyond <= self.cell)
 
-    def _find_echo_area(self, sensor: Pose, distance: float, cone: float) -> tuple[Window, Mask]:
-        window = self._window(sensor.x, sensor.y, distance + ECHO_TOLERANCE * self.cell)
-        in_cone, radius = self._cone(window, sensor, cone)
-        return window, in_cone & (np.abs(radius - distance) <= ECHO_TOLERANCE * self.cell)
+    def _find_echo_area(self, sensor: Pose, distance: float, cone: float) -> Indices:
+        tolerance = ECHO_TOLERANCE * self.cell
+        (rows, columns), radius = self._find_cone(sensor, distance + tolerance, cone)
+        is_near = np.abs(radius - distance) <= tolerance
+        return rows[is_near], columns[is_near]
 
     def _away(self, window: Window, x: float, y: float) -> NDArray[np.float64]:
         return np.asarray(np.hypot(self._xs[window[1]] - x, (self._ys[window[0]] - y)[:, None]))
 
     def _window(self, x: float, y: float, reach: float) -> Window:
-        """Return the slices of rows and columns of a square around (x, y). Each side is ``2 * reach`` metres long."""
-        (top, left), (bottom, right) = self.cell_of(x - reach, y - reach), self.cell_of(x + reach, y + reach)
+        """Return the window of a square around (x, y). Each side is ``2 * reach`` metres long."""
+        return self._find_rectangle(x - reach, y - reach, x + reach, y + reach)
+
+    def _find_rectangle(self, west: float, south: float, east: float, north: float) -> Window:
+        """Return the window of the cells between two x and two y coordinates, in metres."""
+        (top, left), (bottom, right) = self.cell_of(west, south), self.cell_of(east, north)
         return slice(max(top, 0), max(bottom + 1, 0)), slice(max(left, 0), max(right + 1, 0))

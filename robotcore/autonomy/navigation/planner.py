@@ -17,7 +17,7 @@ from robotcore.autonomy.navigation.grid_paths import (
     is_straight_way,
     wavefront,
 )
-from robotcore.autonomy.navigation.occupancy_grid import Metres, OccupancyGrid
+from robotcore.autonomy.navigation.occupancy_grid import Metres, OccupancyGrid, Window, get_corner
 from robotcore.geometry import Pose
 
 MARGINS_M = (0.08, 0.05, 0.02)
@@ -60,7 +60,7 @@ class Traversability:
     def __init__(self, grid: OccupancyGrid, reach: float) -> None:
         self.grid = grid
         self.reach = reach
-        self._barred = np.zeros_like(grid.occupied)
+        self._barred = np.zeros_like(grid.evidence, np.bool_)
 
     def bar(self, cell: Cell) -> None:
         """Exclude the cells within `EXCLUDED_RADIUS_M` of this cell from later paths over unknown cells."""
@@ -143,15 +143,18 @@ class StopPoint(NamedTuple):
 def is_unobstructed(grid: OccupancyGrid, pose: Pose, target: StopPoint) -> bool:
     """Return whether no occupied cell is on the straight path from a pose to a target."""
     here, there = grid.cell_of(pose.x, pose.y), grid.cell_of(target.x, target.y)
-    return is_straight_way(_corridor(grid, target), here, there)
+    window = grid.find_window([here, there], CORRIDOR_M / 2)
+    return is_straight_way(_corridor(grid, target, window), here, there, get_corner(window))
 
 
 def is_start_known(grid: OccupancyGrid, pose: Pose, target: StopPoint) -> bool:
     """Return whether the first `KNOWN_M` of the straight path to a target are known to be free."""
     part = max(0.0, min(KNOWN_M, target.gap(pose))) / max(target.gap(pose) + target.distance, 1e-6)
     middle = grid.cell_of(pose.x + part * (target.x - pose.x), pose.y + part * (target.y - pose.y))
-    clearance = grid.clearance(overlook=_target_body(grid, target))
-    return is_straight_way(clearance > CORRIDOR_M / 2, grid.cell_of(pose.x, pose.y), middle)
+    here = grid.cell_of(pose.x, pose.y)
+    window = grid.find_window([here, middle], CORRIDOR_M / 2)
+    clearance = grid.clearance(overlook=_target_body(grid, target), window=window)
+    return is_straight_way(clearance > CORRIDOR_M / 2, here, middle, get_corner(window))
 
 
 def find_straight_starts(grid: OccupancyGrid, target: StopPoint) -> Mask:
@@ -161,19 +164,23 @@ def find_straight_starts(grid: OccupancyGrid, target: StopPoint) -> Mask:
     """
     nearest, farthest = (target.distance + before for before in RING_M)
     ring = grid.disc(target.x, target.y, farthest) & ~grid.disc(target.x, target.y, nearest)
-    corridor = _corridor(grid, target._replace(distance=nearest), CORRIDOR_MARGIN_M)
-    ring[ring] = are_straight_ways(corridor, np.argwhere(ring), [grid.cell_of(target.x, target.y)])
+    there = grid.cell_of(target.x, target.y)
+    corners = [grid.cell_of(target.x + away, target.y + away) for away in (-farthest, farthest)]
+    window = grid.find_window(corners, CORRIDOR_M / 2 + CORRIDOR_MARGIN_M)
+    corridor = _corridor(grid, target._replace(distance=nearest), window, CORRIDOR_MARGIN_M)
+    ring[ring] = are_straight_ways(corridor, np.argwhere(ring), [there], get_corner(window))
     return ring
 
 
-def _corridor(grid: OccupancyGrid, target: StopPoint, spare: float = 0.0) -> Mask:
+def _corridor(grid: OccupancyGrid, target: StopPoint, window: Window, spare: float = 0.0) -> Mask:
     """Return the mask of the cells with room for a straight path, and of the cells of the target's body.
 
+    window: the part of the map that the mask covers.
     spare: the additional free width on each side of the path, in metres.
     """
     itself = _target_body(grid, target)
-    clearance = grid.clearance(with_unknown=False, overlook=itself)
-    return np.asarray((clearance > CORRIDOR_M / 2 + spare) | itself)
+    clearance = grid.clearance(with_unknown=False, overlook=itself, window=window)
+    return np.asarray((clearance > CORRIDOR_M / 2 + spare) | itself[window])
 
 
 def _target_body(grid: OccupancyGrid, target: StopPoint) -> Mask:

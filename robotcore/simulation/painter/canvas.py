@@ -1,8 +1,7 @@
-"""Compute colours under a light, pack them in 32 bits, and fill convex polygons of a canvas."""
+"""Compute colours under a light, and pack them in 32 bits."""
 
 from __future__ import annotations
 
-import math
 from collections.abc import Mapping, Sequence
 from typing import NamedTuple, Protocol
 
@@ -113,54 +112,3 @@ def pack_colours(colours: Array) -> PackedColours:
     pixels = np.zeros((len(colours), 4), dtype=np.uint8)
     pixels[:, :3] = np.rint(np.minimum(colours, 255.0))[:, ::-1]
     return pixels.view(np.uint32)[:, 0]
-
-
-Point = Sequence[float]
-
-SEAM = 1e-6
-"""The overlap of neighbouring polygons in pixels, so that rounding leaves no gap between them.
-
-A polygon's top and bottom move inwards by the same distance. Then each row crosses its left and its right edges.
-"""
-
-
-def fill(canvas: NDArray[np.uint32], polygon: Sequence[Point], value: int) -> None:
-    """Write a value to all pixels of a convex polygon. The corners, (u, v), are clockwise in the picture.
-
-    `cv2.fillConvexPoly` is not exact enough, because it paints half a pixel beyond each edge.
-    """
-    columns, rows = (
-        _to_pixel_range(axis, size) for axis, size in zip(zip(*polygon, strict=True), canvas.shape[::-1], strict=True)
-    )
-    if len(columns) < len(rows):
-        _fill_lines(canvas.T, [(v, u) for u, v in reversed(polygon)], columns, value)
-    else:
-        _fill_lines(canvas, polygon, rows, value)
-
-
-def _to_pixel_range(coordinates: Sequence[float], size: int) -> range:
-    return range(max(math.ceil(min(coordinates)), 0), min(math.floor(max(coordinates)), size - 1) + 1)
-
-
-def _fill_lines(canvas: NDArray[np.uint32], polygon: Sequence[Point], lines: range, value: int) -> None:
-    if not lines:
-        return
-    heights = [v for _, v in polygon]
-    levels = np.clip(np.arange(lines.start, lines.stop, dtype=np.float64), min(heights) + SEAM, max(heights) - SEAM)
-    left, right = _split_at_top_and_bottom(polygon, heights)
-    bounds = np.stack((_interpolate(left, levels) - SEAM, _interpolate(right, levels) + SEAM))
-    begins, ends = np.clip(np.ceil(bounds), 0, canvas.shape[1]).astype(np.intp).tolist()
-    for line, begin, end in zip(canvas[lines.start : lines.stop], begins, ends, strict=True):
-        line[begin:end] = value
-
-
-def _split_at_top_and_bottom(polygon: Sequence[Point], heights: list[float]) -> tuple[Sequence[Point], Sequence[Point]]:
-    top = heights.index(min(heights))
-    ring = [*polygon[top:], *polygon[: top + 1]]
-    bottom = (heights.index(max(heights)) - top) % len(polygon)
-    return ring[bottom:][::-1], ring[: bottom + 1]
-
-
-def _interpolate(side: Sequence[Point], levels: NDArray[np.float64]) -> NDArray[np.float64]:
-    columns, heights = zip(*side, strict=True)
-    return np.asarray(np.interp(levels, heights, columns))

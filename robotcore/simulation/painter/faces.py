@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 
@@ -12,9 +13,10 @@ from robotcore.description.generation.gaps import compute_gap
 from robotcore.description.world import Outline, WorldDescription
 from robotcore.optics import CameraView
 from robotcore.raycast import edges_of
-from robotcore.simulation.painter.canvas import PackedColours, Palette, PixelBuffer, fill, shade
+from robotcore.simulation.painter.canvas import PackedColours, Palette, PixelBuffer, shade
 from robotcore.simulation.painter.planes import Array, compute_half_planes
-from robotcore.simulation.painter.projection import Polygon, PolygonSet, clip
+from robotcore.simulation.painter.projection import Point, PolygonSet, clip
+from robotcore.simulation.painter.rasterizing import Area
 
 TOUCHING_M = 1e-9
 """Two bodies that overlap by less than this length, in metres, count as bodies that only touch."""
@@ -47,7 +49,7 @@ def _subtract(outline: Outline, hole: Outline) -> Iterator[Outline]:
     if compute_gap(outline, hole) > -TOUCHING_M:
         yield outline
         return
-    rest = list(np.array(outline))
+    rest: list[Point] = list(outline)
     for normal, offset in zip(*compute_half_planes(edges_of([hole])), strict=True):
         past = np.round(np.array(rest) @ normal - offset, 9)
         if (past > 0).any():
@@ -55,31 +57,22 @@ def _subtract(outline: Outline, hole: Outline) -> Iterator[Outline]:
             rest = clip(rest, (-past).tolist())
 
 
-@dataclass(frozen=True)
-class Facet:
-    """A face as the camera sees it.
+class Facet(NamedTuple):
+    """A face as the camera sees it."""
 
-    ``polygon`` holds the corners in pixels, clockwise. ``face`` is the number of the face in `Faces`. ``part`` is the
-    number of its block.
-    """
-
-    polygon: Polygon
+    area: Area
     face: int
+    """The number of the face in `Faces`."""
     part: int
+    """The number of its block."""
 
     @property
     def columns(self) -> tuple[float, float]:
-        across = [u for u, _ in self.polygon]
-        return min(across), max(across)
-
-    @property
-    def box(self) -> tuple[float, float, float, float]:
-        """The left, top, right and bottom edge of the face's bounding box, in pixels."""
-        (left, right), down = self.columns, [v for _, v in self.polygon]
-        return left, min(down), right, max(down)
+        left, _, right, _ = self.area.box
+        return left, right
 
     def paint(self, canvas: PixelBuffer, palette: Palette) -> None:
-        fill(canvas, self.polygon, palette.faces[self.face])
+        self.area.fill(canvas, palette.faces[self.face])
 
 
 class Faces:
@@ -93,6 +86,7 @@ class Faces:
         faces = [(number, corners) for number, block in enumerate(blocks) for corners in _list_corners(block)]
         loops = [corners for _, corners in faces]
         self.block_numbers = np.array([number for number, _ in faces], dtype=np.intp)
+        self._parts = self.block_numbers.tolist()
         self._colours = np.array([block.colour for block in blocks], dtype=np.float64).reshape(-1, 3)
         self._polygons = PolygonSet(loops)
         self.normals = np.array([_normal(loop) for loop in loops]).reshape(-1, 3)
@@ -110,8 +104,8 @@ class Faces:
     def facets(self, view: CameraView) -> Iterator[Facet]:
         """Yield each face that points to the camera, unless the whole face is outside the picture."""
         is_turned = self.normals @ view.eye > self.offsets
-        for face, polygon in self._polygons.project(view, is_turned):
-            yield Facet(polygon, face, int(self.block_numbers[face]))
+        for face, area in self._polygons.project(view, is_turned):
+            yield Facet(area, face, self._parts[face])
 
 
 def _list_corners(block: Block) -> Iterator[Array]:

@@ -3,29 +3,27 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 
 from robotcore.description import Line
 from robotcore.optics import CameraView
-from robotcore.simulation.painter.canvas import Palette, PixelBuffer, fill
+from robotcore.simulation.painter.canvas import Palette, PixelBuffer
 from robotcore.simulation.painter.planes import Array
-from robotcore.simulation.painter.projection import Polygon, PolygonSet
+from robotcore.simulation.painter.projection import PolygonSet
+from robotcore.simulation.painter.rasterizing import Area
 
 
-@dataclass(frozen=True)
-class LineMark:
-    """A segment of a line as the camera sees it.
+class LineMark(NamedTuple):
+    """A segment of a line as the camera sees it."""
 
-    ``polygon`` holds the corners in pixels, clockwise. ``line`` is the number of the line.
-    """
-
-    polygon: Polygon
+    area: Area
     line: int
+    """The number of the line."""
 
     def paint(self, canvas: PixelBuffer, palette: Palette) -> None:
-        fill(canvas, self.polygon, palette.lines[self.line])
+        self.area.fill(canvas, palette.lines[self.line])
 
 
 class FloorLines:
@@ -45,5 +43,5 @@ class FloorLines:
     def marks(self, view: CameraView) -> Iterator[LineMark]:
         """Yield the segments that the picture shows, in the order of painting."""
         is_above = np.full(len(self._numbers), view.eye[2] > 0)
-        for segment, polygon in self._polygons.project(view, is_above):
-            yield LineMark(polygon, self._numbers[segment])
+        for segment, area in self._polygons.project(view, is_above):
+            yield LineMark(area, self._numbers[segment])

@@ -15,7 +15,7 @@ from robotcore.description import FloorImage
 from robotcore.optics import CameraView
 from robotcore.simulation.painter.canvas import Palette, PixelBuffer
 from robotcore.simulation.painter.planes import Array
-from robotcore.simulation.painter.projection import Polygon, PolygonSet
+from robotcore.simulation.painter.projection import PolygonSet
 from robotcore.simulation.painter.texturing import EDGE_ON
 
 
@@ -23,17 +23,18 @@ from robotcore.simulation.painter.texturing import EDGE_ON
 class PictureMark:
     """The picture on the floor as the camera sees it.
 
-    ``polygon`` holds the corners in pixels of the camera. ``mapping`` maps a pixel (u, v, 1) of the camera to a point
+    ``box`` holds the left, top, right and bottom edge of its bounding box, in pixels of the camera. ``mapping`` maps a pixel (u, v, 1) of the camera to a point
     of the picture in homogeneous coordinates, (3, 3). The picture reaches from 0 to 1 along both axes.
     """
 
-    polygon: Polygon
+    box: tuple[float, ...]
     mapping: Array
 
     def paint(self, canvas: PixelBuffer, palette: Palette) -> None:
+        left, top, right, bottom = self.box
         rows, columns = (
-            slice(max(math.ceil(min(axis)), 0), min(math.floor(max(axis)) + 1, size))
-            for axis, size in zip(reversed([*zip(*self.polygon, strict=True)]), canvas.shape, strict=True)
+            slice(max(math.ceil(first), 0), max(min(math.floor(last) + 1, size), 0))
+            for first, last, size in zip((top, left), (bottom, right), canvas.shape, strict=True)
         )
         height, width = palette.picture.shape
         u = np.arange(columns.start, columns.stop, dtype=np.float32)
@@ -66,8 +67,8 @@ class FloorPicture:
 
     def marks(self, view: CameraView) -> Iterator[PictureMark]:
         """Yield the picture if the camera sees it."""
-        for _, polygon in self._polygons.project(view, np.array([view.eye[2] > 0])):
-            yield PictureMark(polygon, self._compute_mapping(view))
+        for _, area in self._polygons.project(view, np.array([view.eye[2] > 0])):
+            yield PictureMark(area.box, self._compute_mapping(view))
 
     def _compute_mapping(self, view: CameraView) -> Array:
         """Return the mapping of a mark. `Texturing` has the derivation, for any plane."""

@@ -6,7 +6,7 @@ separates two bodies, the body on the camera's side is painted later. A topologi
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 
 import numpy as np
 from numpy.typing import NDArray
@@ -30,46 +30,64 @@ class OcclusionPlanes:
 
     def __init__(self, outlines: Sequence[Outline], discs: Array) -> None:
         planes = (_compute_side_planes(outlines, discs), _compute_tangent_planes(outlines, discs))
-        normals, offsets, behind, before = (np.concatenate(both) for both in zip(*planes, strict=True))
-        self._normals, self._offsets, self._behind, self._before = normals, offsets, behind, before
+        self._normals, self._offsets, behind, self._before = (
+            np.concatenate(both) for both in zip(*planes, strict=True)
+        )
+        self._behind = behind.T.astype(np.float32)  # NumPy multiplies matrices of truth values slowly
+        self._latest: tuple[bytes, list[list[bool]]] | None = None
 
-    def find_hidden_pairs(self, eye: Array) -> Matrix:
-        """Return a matrix, (parts, parts). It is True at [a, b] if part b may hide part a, and a cannot hide b.
+    def sort_back_to_front(self, eye: Array, columns: Mapping[int, tuple[float, float]]) -> list[int]:
+        """Return the numbers of parts, sorted so that each part comes after the parts that it hides.
 
         eye: the camera's position. Its height has no effect.
+        columns: for each part, by its number, the first and the last column of the picture that it may cover.
         """
+        hiders = self._find_hiders(eye)
+        spans = columns.items()
+        return sort_back_to_front(
+            {
+                part: [
+                    other
+                    for other, (begin, end) in spans
+                    if hiders[part][other] and begin <= last and first <= end  # other columns hide nothing
+                ]
+                for part, (first, last) in spans
+            }
+        )
+
+    def _find_hiders(self, eye: Array) -> list[list[bool]]:
+        """Return a matrix, (parts, parts). It is True at [a][b] if part b may hide part a, and a cannot hide b."""
         is_before = self._normals @ eye[:2] > self._offsets
-        nearer = self._behind.T @ (self._before & is_before[:, None])
-        farther = self._behind.T @ (self._before & ~is_before[:, None])
-        may_hide: Matrix = nearer | farther.T
-        return may_hide & ~may_hide.T
+        sides = is_before.tobytes()
+        if not self._latest or self._latest[0] != sides:  # from picture to picture, the eye seldom passes a plane
+            nearer = self._behind @ (self._before & is_before[:, None]) > 0
+            farther = self._behind @ (self._before & ~is_before[:, None]) > 0
+            may_hide = nearer | farther.T
+            self._latest = sides, (may_hide & ~may_hide.T).tolist()
+        return self._latest[1]
 
 
-def sort_back_to_front(hidden: Matrix) -> list[int]:
+def sort_back_to_front(hiders: Mapping[int, Sequence[int]]) -> list[int]:
     """Return the numbers of the parts, sorted so that each part comes after the parts that it hides.
 
     If the camera is tilted, some parts may hide one another in a cycle. Then the next part is the one that hides the
     fewest of the parts that are not yet in the order.
+
+    hiders: for each part the parts that may hide it.
     """
-    waits_for = hidden.sum(axis=0)
+    waits_for = dict.fromkeys(hiders, 0)
+    for others in hiders.values():
+        for other in others:
+            waits_for[other] += 1
     order: list[int] = []
-    for _ in range(len(waits_for)):
-        chosen = int(waits_for.argmin())
+    while waits_for:
+        chosen = min(waits_for, key=waits_for.__getitem__)
+        del waits_for[chosen]
         order.append(chosen)
-        waits_for -= hidden[chosen]
-        waits_for[chosen] = 2 * len(waits_for)
+        for other in hiders[chosen]:
+            if other in waits_for:
+                waits_for[other] -= 1
     return order
-
-
-def find_disjoint_columns(columns: Sequence[Sequence[tuple[float, float]]]) -> Matrix:
-    """Return a matrix that is True at [a, b] if the parts a and b share no column of the picture.
-
-    columns: for each part, the first and the last column of each of its strokes.
-    """
-    begins = np.array([min(begin for begin, _ in strokes) for strokes in columns])
-    ends = np.array([max(end for _, end in strokes) for strokes in columns])
-    is_left: Matrix = ends[:, None] < begins
-    return is_left | is_left.T
 
 
 _Planes = tuple[Array, Array, Matrix, Matrix]

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections import defaultdict
 from collections.abc import Iterable, Iterator, Sequence
 
 import numpy as np
@@ -23,7 +22,7 @@ from robotcore.simulation.painter.canvas import (
 from robotcore.simulation.painter.faces import Block, Faces, Facet, split_into_blocks
 from robotcore.simulation.painter.floor_lines import FloorLines
 from robotcore.simulation.painter.floor_picture import FloorPicture
-from robotcore.simulation.painter.occlusion import OcclusionPlanes, find_disjoint_columns, sort_back_to_front
+from robotcore.simulation.painter.occlusion import OcclusionPlanes
 from robotcore.simulation.painter.spheres import Sphere
 from robotcore.simulation.painter.texturing import Texturing
 
@@ -84,14 +83,15 @@ class Painter:
     def _iterate_back_to_front(self, view: CameraView) -> Iterator[Mark]:
         yield from self._picture.marks(view)
         yield from self._lines.marks(view)
-        shown: dict[int, list[Stroke]] = defaultdict(list)
+        shown: dict[int, list[Stroke]] = {}
+        columns: dict[int, tuple[float, float]] = {}
         for stroke in self._strokes(view):
-            shown[stroke.part].append(stroke)
-        parts = list(shown)
-        hidden = self._planes.find_hidden_pairs(view.eye)[np.ix_(parts, parts)]
-        are_apart = find_disjoint_columns([[stroke.columns for stroke in shown[part]] for part in parts])
-        for index in sort_back_to_front(hidden & ~are_apart):
-            yield from shown[parts[index]]
+            first, last = stroke.columns
+            begin, end = columns.get(stroke.part, (first, last))
+            columns[stroke.part] = min(begin, first), max(end, last)
+            shown.setdefault(stroke.part, []).append(stroke)
+        for part in self._planes.sort_back_to_front(view.eye, columns):
+            yield from shown[part]
 
     def _strokes(self, view: CameraView) -> Iterator[Stroke]:
         yield from self._faces.facets(view)
@@ -138,8 +138,12 @@ def _create_canvas(view: CameraView, palette: Palette) -> PixelBuffer:
     right, down, forward = view.rotation[:, 2].tolist()
     rises = (np.arange(i.height) - i.cy) * down + i.focal_length * forward  # the rays of the middle column
     canvas = np.empty((i.height, i.width), dtype=np.uint32)
-    canvas[:] = np.where(rises < 0, palette.ground, palette.sky)[:, None]
-    rows = np.flatnonzero(np.abs(rises) < abs(right) * i.width / 2)  # with sky and ground, if the camera rolls
-    across = (np.arange(i.width) - i.cx) * right
-    canvas[rows] = np.where(rises[rows, None] + across < 0, palette.ground, palette.sky)
+    is_ground = rises < 0
+    horizon = np.count_nonzero(is_ground == is_ground[0])
+    canvas[:horizon] = palette.ground if is_ground[0] else palette.sky
+    canvas[horizon:] = palette.ground if is_ground[-1] else palette.sky
+    if right:  # the camera rolls, so some rows have sky and ground
+        rows = np.flatnonzero(np.abs(rises) < abs(right) * i.width / 2)
+        across = (np.arange(i.width) - i.cx) * right
+        canvas[rows] = np.where(rises[rows, None] + across < 0, palette.ground, palette.sky)
     return canvas

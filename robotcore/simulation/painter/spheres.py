@@ -5,6 +5,8 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator
 from dataclasses import dataclass
+from functools import lru_cache
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -18,19 +20,17 @@ BAND_ROWS = 32
 """The greatest number of rows of a `Band`. It is so small that a band's arrays stay in the processor's cache."""
 
 
-@dataclass(frozen=True)
-class Band:
-    """A stroke with up to `BAND_ROWS` rows of a ball.
-
-    ``window`` is the rectangle of the picture that contains the band. ``is_hit`` is True for the pixels of the window
-    that show the ball. ``cosines`` holds for each pixel the cosine of the angle between the ball's normal and the
-    direction to the lamp. ``part`` is the number of the ball.
-    """
+class Band(NamedTuple):
+    """A stroke with up to `BAND_ROWS` rows of a ball."""
 
     window: tuple[slice, slice]
+    """The rectangle of the picture that contains the band."""
     is_hit: NDArray[np.bool_]
+    """Whether each pixel of the window shows the ball."""
     cosines: NDArray[np.float32]
+    """The cosine of the angle between the ball's normal and the direction to the lamp, for each pixel of the window."""
     part: int
+    """The number of the ball."""
 
     @property
     def columns(self) -> tuple[float, float]:
@@ -38,8 +38,28 @@ class Band:
 
     def paint(self, canvas: PixelBuffer, palette: Palette) -> None:
         ramp = palette.balls[self.part]
-        steps = np.clip(self.cosines, 0, 1) * (len(ramp) - 1)
-        np.copyto(canvas[self.window], ramp[steps.astype(np.intp)], where=self.is_hit)
+        steps = np.minimum(np.maximum(self.cosines, 0), 1) * (len(ramp) - 1)
+        np.copyto(canvas[self.window], ramp.take(steps.astype(np.intp)), where=self.is_hit)
+
+
+class _Rays(NamedTuple):
+    """The rays through the pixels of a camera, in its frame. The third component of each is 1."""
+
+    right: Array
+    """The first component of the rays of each column, (width,)."""
+    down: Array
+    """The second component of the rays of each row, (height, 1)."""
+    right_squared: Array
+    """The square of ``right``, (width,)."""
+    rest_squared: Array
+    """The sum of the squares of the other two components, (height, 1)."""
+
+
+@lru_cache(maxsize=4)
+def _compute_rays(lens: Intrinsics) -> _Rays:
+    right = (np.arange(lens.width) - lens.cx) / lens.focal_length
+    down = (np.arange(lens.height)[:, None] - lens.cy) / lens.focal_length
+    return _Rays(right, down, right**2, down**2 + 1)
 
 
 @dataclass(frozen=True)
@@ -72,23 +92,23 @@ class Sphere:
         columns = _to_pixels(_compute_slopes(right, forward, self.radius), lens.focal_length, lens.cx, lens.width)
         rows = _to_pixels(_compute_slopes(down, forward, self.radius), lens.focal_length, lens.cy, lens.height)
         for top in rows[::BAND_ROWS] if columns else ():
-            yield self._compute_band(lens, range(top, min(top + BAND_ROWS, rows.stop)), columns)
+            window = slice(top, min(top + BAND_ROWS, rows.stop)), slice(columns.start, columns.stop)
+            yield self._compute_band(_compute_rays(lens), window)
 
-    def _compute_band(self, lens: Intrinsics, rows: range, columns: range) -> Band:
+    def _compute_band(self, rays: _Rays, window: tuple[slice, slice]) -> Band:
         """Intersect the rays of a window's pixels with the ball.
 
         The ball has the centre c and the radius r. A ray d from the camera meets the ball if
         (d·c)² ≥ (|c|² - r²)|d|² and d·c > 0. The point is t·d with t = (d·c - √((d·c)² - (|c|² - r²)|d|²)) / |d|².
         The normal at this point is (t·d - c) / r.
         """
-        right = (np.arange(columns.start, columns.stop) - lens.cx) / lens.focal_length
-        down = (np.arange(rows.start, rows.stop)[:, None] - lens.cy) / lens.focal_length
-        squared = right**2 + (down**2 + 1)
+        rows, columns = window
+        right, down = rays.right[columns], rays.down[rows]
+        squared = rays.right_squared[columns] + rays.rest_squared[rows]
         to_centre = right * self.centre[0] + (down * self.centre[1] + self.centre[2])
         to_lamp = right * self.lamp[0] + (down * self.lamp[1] + self.lamp[2])
         chord = to_centre**2 - (self.centre @ self.centre - self.radius**2) * squared
         depth = (to_centre - np.sqrt(np.abs(chord))) / squared
-        window = slice(rows.start, rows.stop), slice(columns.start, columns.stop)
         cosines = (depth * to_lamp - self.centre @ self.lamp) / self.radius
         return Band(window, (chord >= 0) & (to_centre > 0), cosines.astype(np.float32), self.part)
 

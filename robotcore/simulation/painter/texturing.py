@@ -85,7 +85,7 @@ class Texturing:
         """Yield a surface's number and a window, for all windows in which the surface may be visible."""
         height, width = size
         ground, *faces = self.numbers
-        boxes = [(ground, (0.0, 0.0, width, height)), *((faces[facet.face], facet.box) for facet in facets)]
+        boxes = [(ground, (0.0, 0.0, width, height)), *((faces[facet.face], facet.area.box) for facet in facets)]
         for number, (left, top, right, bottom) in boxes:
             columns = slice(max(math.ceil(left), 0), min(math.floor(right) + 1, width))
             rows = range(max(math.ceil(top), 0), min(math.floor(bottom) + 1, height))

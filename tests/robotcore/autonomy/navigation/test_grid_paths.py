@@ -15,9 +15,11 @@ from robotcore.autonomy.navigation.grid_paths import (
     Mask,
     are_straight_ways,
     backtrack,
+    compute_ray_offsets,
+    cut_out,
     is_straight_way,
     mask_hidden,
-    rays_from,
+    set_outside,
     wavefront,
 )
 
@@ -92,37 +94,41 @@ def is_line_free(open_cells: Mask, start: Cell, goal: Cell) -> bool:
 @given(masks(), st.lists(st.tuples(st.integers(0, 4), st.integers(0, 5)), min_size=1), st.integers(0, 4))
 def test_many_lines_at_once_give_the_results_of_single_lines(open_cells: Mask, starts: list[Cell], row: int) -> None:
     goal = (row, 3)
-    straight = are_straight_ways(open_cells, starts, [goal])
-    assert straight.tolist() == [is_line_free(open_cells, start, goal) for start in starts]
+    expected = [is_line_free(open_cells, start, goal) for start in starts]
+    assert are_straight_ways(open_cells, starts, [goal]).tolist() == expected
+    assert [is_straight_way(open_cells, start, goal) for start in starts] == expected
 
 
 def test_cells_outside_the_grid_are_open() -> None:
     open_cells = np.array([[False, True, True, False]])
-    assert is_straight_way(open_cells, (0, 2), (-7, 9))
-    assert not is_straight_way(open_cells, (0, 2), (0, 9))
-
-
-MIDDLE = np.array([[5, 5]])
-RADII = np.array([1, 2, 3])
+    goals = [(-7, 9), (0, 9)]
+    assert [is_straight_way(open_cells, (0, 2), goal) for goal in goals] == [True, False]
+    assert are_straight_ways(open_cells, [(0, 2)], goals).tolist() == [True, False]
 
 
 def test_rays_go_along_columns_and_rows() -> None:
-    rays = rays_from(MIDDLE, np.array([0.0, math.pi / 2, math.pi]), RADII, 11)
-    assert rays.rows[0].tolist() == [[5, 5, 5], [6, 7, 8], [5, 5, 5]]
-    assert rays.columns[0].tolist() == [[6, 7, 8], [5, 5, 5], [4, 3, 2]]
-    assert rays.inside.all()
+    rows, columns = compute_ray_offsets(np.array([0.0, math.pi / 2, math.pi]), np.array([1, 2, 3]))
+    assert rows.tolist() == [[0, 0, 0], [1, 2, 3], [0, 0, 0]]
+    assert columns.tolist() == [[1, 2, 3], [0, 0, 0], [-1, -2, -3]]
 
 
-def test_each_start_has_its_rays() -> None:
-    rays = rays_from(np.array([[5, 5], [2, 3]]), np.array([0.0]), RADII, 11)
-    assert rays.rows.shape == (2, 1, 3)
-    assert (rays.rows[1, 0, 0], rays.columns[1, 0, 0]) == (2, 4)
-
-
-def test_mask_is_false_outside_the_grid() -> None:
-    rays = rays_from(MIDDLE, np.array([0.0]), np.array([4, 5, 6]), 11)
-    assert rays.inside[0, 0].tolist() == [True, True, False]
-    assert rays.of(np.ones((11, 11), np.bool_))[0, 0].tolist() == [True, True, False]
+@pytest.mark.parametrize(
+    "low, high, expected",
+    [
+        ((0, 1), (1, 2), [[2, 3], [5, 6]]),
+        ((-1, 2), (0, 4), [[9, 9, 9], [3, 9, 9]]),
+        ((1, -1), (3, 0), [[9, 4], [9, 9], [9, 9]]),
+        ((5, 5), (6, 5), [[9], [9]]),
+        ((-9, -9), (-8, -8), [[9, 9], [9, 9]]),
+    ],
+    ids=["inside", "top right corner", "bottom left corner", "beyond the end", "before the start"],
+)
+def test_rectangle_has_a_given_value_outside_the_grid(low: Cell, high: Cell, expected: list[list[int]]) -> None:
+    grid = np.array([[1, 2, 3], [4, 5, 6]])
+    rectangle = cut_out(grid, low, high)
+    set_outside(rectangle, low, grid.shape, 9)
+    assert rectangle.tolist() == expected
+    assert grid.tolist() == [[1, 2, 3], [4, 5, 6]]
 
 
 def test_cell_hides_itself_and_all_cells_behind() -> None:
