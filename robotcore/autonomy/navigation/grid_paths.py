@@ -50,7 +50,7 @@ def _flood(start: Cell, passable: Mask, goals: Mask | None) -> Steps:
     The search ends after two successive steps without a new cell. One is not enough: an even step goes to no diagonal
     neighbour.
     """
-    (row, column), (height, width) = start, passable.shape
+    (row, column), width = start, passable.shape[1]
     line = width + 1  # A closed cell follows each row, so that a shifted bit does not enter the next row.
     open_bits, goal_bits = _pack_bits(passable), 0 if goals is None else _pack_bits(goals)
     reached = 1 << row * line + column
@@ -114,9 +114,9 @@ def is_straight_way(open_cells: Mask, start: Cell, goal: Cell, corner: Cell = (0
     (row, column), (top, left), (height, width) = start, corner, open_cells.shape
     down, right = goal[0] - row, goal[1] - column
     span = max(2 * max(abs(down), abs(right)), 1)
-    down, right = down / span, right / span
+    step_down, step_right = down / span, right / span
     for at in range(1, span + 1):
-        y, x = round(row + at * down), round(column + at * right)
+        y, x = round(row + at * step_down), round(column + at * step_right)
         is_inside = 0 <= y - top < height and 0 <= x - left < width
         if is_inside and not open_cells[y - top, x - left] and (y, x) != start:
             return False
@@ -137,7 +137,8 @@ def are_straight_ways(open_cells: Mask, starts: ArrayLike, goals: ArrayLike, cor
     at = np.minimum(np.arange(spans.max(initial=0) + 1), spans)
     pace = (last - first) / np.maximum(spans, 1)
     rows, columns = (
-        np.rint(begin[:, None] + at * step[:, None]).astype(np.intp) for begin, step in zip(first.T, pace.T, strict=True)
+        np.rint(begin[:, None] + at * step[:, None]).astype(np.intp)
+        for begin, step in zip(first.T, pace.T, strict=True)
     )
     is_start = (rows == first[:, :1]) & (columns == first[:, 1:])
     bordered = np.pad(open_cells, 1, constant_values=True)  # an open border stands for all cells outside the mask

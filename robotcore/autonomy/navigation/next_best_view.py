@@ -14,7 +14,6 @@ from robotcore.autonomy.navigation.grid_paths import (
     Angles,
     Cell,
     Cells,
-    Mask,
     Rays,
     Steps,
     backtrack,

@@ -23,8 +23,9 @@ from robotcore.simulation.painter.texturing import EDGE_ON
 class PictureMark:
     """The picture on the floor as the camera sees it.
 
-    ``box`` holds the left, top, right and bottom edge of its bounding box, in pixels of the camera. ``mapping`` maps a pixel (u, v, 1) of the camera to a point
-    of the picture in homogeneous coordinates, (3, 3). The picture reaches from 0 to 1 along both axes.
+    ``box`` holds the left, top, right and bottom edge of its bounding box, in pixels of the camera. ``mapping`` maps a
+    pixel (u, v, 1) of the camera to a point of the picture in homogeneous coordinates, (3, 3). The picture reaches from
+    0 to 1 along both axes.
     """
 
     box: tuple[float, ...]
@@ -68,7 +69,7 @@ class FloorPicture:
     def marks(self, view: CameraView) -> Iterator[PictureMark]:
         """Yield the picture if the camera sees it."""
         for _, area in self._polygons.project(view, np.array([view.eye[2] > 0])):
-            yield PictureMark(area.box, self._compute_mapping(view))
+            yield PictureMark(tuple(area.box), self._compute_mapping(view))
 
     def _compute_mapping(self, view: CameraView) -> Array:
         """Return the mapping of a mark. `Texturing` has the derivation, for any plane."""

@@ -22,6 +22,7 @@ It is so small that a camera sees a wall even while its robot touches the wall.
 _NEAREST = np.array((-np.inf, -np.inf, CLIP_M))
 _SIDE_OFFSETS = np.array(((0.0,), (0.0,), (0.0,), (0.0,), (-CLIP_M,)))
 
+
 class PolygonSet:
     """Convex polygons in the world, which are projected together."""
 
@@ -66,7 +67,7 @@ class PolygonSet:
         sides = np.array(((-1, 0, -left), (1, 0, -right), (0, -1, -top), (0, 1, -bottom), (0, 0, -1)))
         is_beyond = sides @ corners.T > _SIDE_OFFSETS
         # A polygon is outside the picture if all its corners are beyond the same side.
-        is_outside = np.logical_and.reduceat(is_beyond, self._starts, axis=1).any(axis=0)
+        is_outside = np.asarray(np.logical_and.reduceat(is_beyond, self._starts, axis=1).any(axis=0))
         return is_outside, np.logical_or.reduceat(is_beyond[4], self._starts)
 
 

@@ -36,7 +36,7 @@ class Area(NamedTuple):
 
 
 class _Lines(NamedTuple):
-    """The lines of n polygons. They lie along the axis u, and the axis v numbers them. Each array is (n,), in pixels."""
+    """The lines of n polygons, along the axis u. The axis v numbers them. Each array is (n,), in pixels."""
 
     is_upright: NDArray[np.bool_]
     """Whether the lines are columns. Else they are rows."""
@@ -98,8 +98,8 @@ def _compute_bounds(corners: Array, lines: _Lines) -> NDArray[np.intp]:
     is_level = growth == 0.0
     is_end = is_growing ^ lines.is_upright
     low_v, high_v = np.minimum(v, next_v), np.maximum(v, next_v)
-    # An edge crosses the lines from its lower end on, and those below its higher end. The highest edge of a polygon also
-    # crosses a line at its higher end.
+    # An edge crosses the lines from its lower end on, and those below its higher end. The highest edge of a polygon
+    # also crosses a line at its higher end.
     first = np.maximum(np.ceil(low_v), 0.0)
     stop = np.where(high_v == lines.high, lines.stop, np.minimum(np.ceil(high_v), lines.stop))
     counts = (np.maximum(stop - first, 0.0) * ~is_level).astype(np.intp)
