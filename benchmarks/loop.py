@@ -38,7 +38,7 @@ from robotcore.runtime.needs import needed_devices
 from robotcore.runtime.plan import RunRequest
 from robotcore.runtime.session import run
 from robotcore.simulation.render_worker import has_free_core
-from robotcore.simulation.render_worker.client import FIRST_PICTURES
+from robotcore.simulation.render_worker.picture_queue import FIRST_PICTURES
 
 SEED = 1
 MANY = 5

@@ -2,29 +2,22 @@
 
 from __future__ import annotations
 
+import math
 import mmap
 import os
 import pickle
+import select
 import socket
-import struct
 import sys
 from collections.abc import Callable
 from contextlib import ExitStack, suppress
-from functools import partial
 from subprocess import DEVNULL, Popen, TimeoutExpired
 
 import numpy as np
 
-from robotcore.kinds.camera import Render
 from robotcore.optics import CameraView, Image, Intrinsics
-from robotcore.simulation.render_worker.protocol import DONE, READY, count_bytes, pack_view
+from robotcore.simulation.render_worker.protocol import READY, count_bytes, pack_view
 from robotcore.simulation.rigid_body import Renderer
-
-FIRST_PICTURES = 20
-"""The number of pictures that an app reads before the process starts. So a short run starts no process."""
-
-ANSWER_S = 10
-"""The longest wait for a picture, in seconds. After it, the worker counts as hung."""
 
 CLOSING_S = 1.0
 """The longest wait for the end of the process, in seconds. After it, the process is killed."""
@@ -45,8 +38,8 @@ def has_free_core() -> bool:
 class RenderWorker:
     """Renders pictures in a process of its own, while this process continues.
 
-    The process starts with the first view. It ends with this process, also after SIGKILL. If it ends, hangs or cannot
-    start, all pictures are None, and the caller renders them.
+    The process starts with the first view. It ends with this process, also after SIGKILL. If it ends or cannot start,
+    all pictures are None, and the caller renders them.
 
     build_renderer: builds the renderer in the process. `pickle` must be able to send it.
     """
@@ -81,28 +74,44 @@ class RenderWorker:
             if self._process.has_ended:
                 self.close()
             return None
-        if not self._process.send(pack_view(self._submitted % self._slots, view)):
-            self.close()
+        message = pack_view(self._submitted % self._slots, view)
+        if not self._receive(self._submitted - self._slots, 0.0) or not self._send(message):
             return None
         self._submitted += 1
         return self._submitted - 1
 
-    def take(self, number: int, lens: Intrinsics) -> Image | None:
+    def take(self, number: int, lens: Intrinsics, patience_s: float) -> Image | None:
         """Return a picture, (height, width, 3), BGR. Wait until it is rendered.
 
-        Return None if the process has ended, or if the picture's memory has another picture.
+        Return None if the process has ended or needs too long, or if the picture's memory has another picture.
 
         number: the number from `submit`.
         lens: the intrinsics of its view.
+        patience_s: the longest wait in seconds, which is rounded up to milliseconds.
         """
-        if self._submitted - number > self._slots:
+        is_kept = self._submitted - number <= self._slots
+        if not (is_kept and self._receive(number, patience_s) and self._process):
             return None
-        while self._process and self._finished <= number:
-            if self._process.receive():
+        return self._process.copy_picture(number % self._slots, lens)
+
+    def _receive(self, number: int, patience_s: float) -> bool:
+        """Wait until a picture is rendered. Return False if the process has ended or needs too long."""
+        try:
+            while self._process and self._finished <= number:
+                if not self._process.receive(patience_s):
+                    return False
                 self._finished += 1
-            else:
-                self.close()
-        return self._process.copy_picture(number % self._slots, lens) if self._process else None
+        except OSError:
+            self.close()
+        return self._process is not None
+
+    def _send(self, message: bytes) -> bool:
+        try:
+            if self._process:
+                self._process.send(message)
+        except OSError:
+            self.close()
+        return self._process is not None
 
     def close(self) -> None:
         """End the process, and start no other. Further calls do nothing."""
@@ -110,37 +119,6 @@ class RenderWorker:
         if process := self._process:
             self._process = None
             process.close()
-
-
-class PictureQueue:
-    """Renders the pictures of one camera in a worker, from their capture until they are read.
-
-    The worker starts after `FIRST_PICTURES`. An app may leave pictures unread. So the worker renders the next ones only
-    if the app has read one of the last.
-
-    render: renders a picture in this process. The result is equal to the bit.
-    """
-
-    def __init__(
-        self, worker: RenderWorker, render: Callable[[CameraView], Image], lens: Intrinsics, pictures: int
-    ) -> None:
-        """Reserve memory in the worker: see `RenderWorker.reserve`."""
-        worker.reserve(lens, pictures)
-        self._worker, self._render = worker, render
-        self._pictures, self._unread, self._read = pictures, 0, 0
-
-    def begin(self, view: CameraView) -> Render:
-        """Let the worker render the picture of a view, and return the function that returns the picture."""
-        is_wanted = self._read >= FIRST_PICTURES and self._unread < self._pictures
-        number = self._worker.submit(view) if is_wanted else None
-        self._unread += 1
-        return partial(self._finish, view, number)
-
-    def _finish(self, view: CameraView, number: int | None) -> Image:
-        self._unread = 0
-        self._read += 1
-        image = None if number is None else self._worker.take(number, view.intrinsics)
-        return self._render(view) if image is None else image
 
 
 class _Process:
@@ -170,8 +148,8 @@ class _Process:
                     start_new_session=True,
                 )
                 failure.pop_all()
-        # A timeout of Python's socket would also hold for `MSG_DONTWAIT`.
-        self._link.setsockopt(socket.SOL_SOCKET, socket.SO_RCVTIMEO, struct.pack("@ll", ANSWER_S, 0))
+        self._waiting = select.poll()
+        self._waiting.register(self._link, select.POLLIN)
 
     def is_ready(self) -> bool:
         """Return whether the process has built its renderer, without waiting."""
@@ -181,20 +159,24 @@ class _Process:
                 self._is_ready, self.has_ended = message == READY, not message
         return self._is_ready
 
-    def send(self, message: bytes) -> bool:
-        """Send a message without waiting. Return False if the process has ended or reads no messages."""
-        try:
-            self._link.send(message, socket.MSG_DONTWAIT)
-        except OSError:
-            return False
-        return True
+    def send(self, message: bytes) -> None:
+        """Send a message without waiting. Raises OSError if the process has ended or reads no messages."""
+        self._link.send(message, socket.MSG_DONTWAIT)
 
-    def receive(self) -> bool:
-        """Wait until the process has written its next picture. Return False if it has ended or hangs."""
+    def receive(self, patience_s: float) -> bool:
+        """Wait until the process has written its next picture. Return False if that takes too long.
+
+        Raises OSError if the process has ended.
+        """
         try:
-            return self._link.recv(1) == DONE
-        except OSError:
-            return False
+            message = self._link.recv(1, socket.MSG_DONTWAIT)
+        except BlockingIOError:
+            if not self._waiting.poll(math.ceil(1000 * patience_s)):
+                return False
+            message = self._link.recv(1, socket.MSG_DONTWAIT)
+        if not message:
+            raise ConnectionResetError
+        return True
 
     def copy_picture(self, slot: int, lens: Intrinsics) -> Image:
         return self._pictures[slot, : count_bytes(lens)].reshape(lens.height, lens.width, 3).copy()

@@ -25,7 +25,7 @@ from robotcore.kinds.camera import CameraDescription
 from robotcore.optics import CameraView, Image, Intrinsics
 from robotcore.simulation import body_cameras
 from robotcore.simulation.painter import Painter
-from robotcore.simulation.render_worker import RenderWorker, client
+from robotcore.simulation.render_worker import RenderWorker, picture_queue
 from robotcore.simulation.render_worker.client import _Process
 from tests.drivers.physics.worlds import (
     LOOKOUT,
@@ -170,7 +170,7 @@ class RenderingAhead(EngineTests):
     def test_a_camera_that_gains_nothing_starts_no_process(
         self, latency_s: float, rate_hz: float | None, monkeypatch: pytest.MonkeyPatch
     ) -> None:
-        monkeypatch.setattr(client, "FIRST_PICTURES", 0)
+        monkeypatch.setattr(picture_queue, "FIRST_PICTURES", 0)
         monkeypatch.setattr(body_cameras, "has_free_core", lambda: True)
         monkeypatch.setattr(body_cameras, "RenderWorker", None)
         assert len(self.watch(world(ball(0.8)), latency_s, "painted", rate_hz)) == 10
@@ -206,11 +206,13 @@ def wait_for_workers(monkeypatch: pytest.MonkeyPatch) -> list[int]:
             time.sleep(0.01)
         return True
 
-    def take_noted(worker: RenderWorker, number: int, lens: Intrinsics) -> Image | None:
+    def take_noted(worker: RenderWorker, number: int, lens: Intrinsics, patience_s: float) -> Image | None:
         taken.append(number)
-        return take(worker, number, lens)
+        return take(worker, number, lens, patience_s)
 
-    monkeypatch.setattr(client, "FIRST_PICTURES", 1)
+    monkeypatch.setattr(picture_queue, "FIRST_PICTURES", 1)
+    monkeypatch.setattr(picture_queue, "MIN_PATIENCE_S", 30.0)
+    monkeypatch.setattr(picture_queue, "MAX_CREDIT", 1e9)
     monkeypatch.setattr(_Process, "is_ready", wait_until_ready)
     monkeypatch.setattr(RenderWorker, "take", take_noted)
     return taken

@@ -13,8 +13,8 @@ from robotcore.optics import CameraView, Image, Intrinsics
 from robotcore.simulation.rigid_body import ObjectIds
 
 LENS = Intrinsics(32, 24, 1.0)
-HANGS, DIES = 1000, 2000
-"""The x of views at which `PlainRenderer` hangs, and at which it ends its process."""
+SLOW, HANGS, DIES = 500, 1000, 2000
+"""The x of views at which `PlainRenderer` takes half a second, hangs, and ends its process."""
 
 
 def build_view(x: float) -> CameraView:
@@ -22,17 +22,17 @@ def build_view(x: float) -> CameraView:
 
 
 class PlainRenderer:
-    """Renders pictures of one grey level, the x of the view."""
+    """Renders pictures of one grey level, the x of the view modulo 256."""
 
     things: dict[str, int] = {}  # noqa: RUF012  of the protocol
 
     def picture(self, view: CameraView) -> Image:
         x = int(view.eye[0])
-        if x == HANGS:
-            time.sleep(60)
+        if x in (SLOW, HANGS):
+            time.sleep(0.5 if x == SLOW else 60)
         if x == DIES:
             os._exit(1)
-        return np.full((view.intrinsics.height, view.intrinsics.width, 3), x, dtype=np.uint8)
+        return np.full((view.intrinsics.height, view.intrinsics.width, 3), x % 256, dtype=np.uint8)
 
     def segmentation(self, view: CameraView) -> ObjectIds:
         raise NotImplementedError

@@ -18,13 +18,14 @@ import pytest
 from robotcore.description import load_world
 from robotcore.optics import CameraView, Image
 from robotcore.simulation.body_cameras import PaintedRenderer
-from robotcore.simulation.render_worker import PictureQueue, RenderWorker, client, has_free_core
+from robotcore.simulation.render_worker import RenderWorker, client, has_free_core
 from robotcore.simulation.rigid_body import Renderer
 from robotcore.sweep.worker import WorkerProcess
 from tests.robotcore.simulation.render_worker.renderers import (
     DIES,
     HANGS,
     LENS,
+    SLOW,
     BrokenRenderer,
     PlainRenderer,
     build_view,
@@ -32,6 +33,7 @@ from tests.robotcore.simulation.render_worker.renderers import (
 
 pytestmark = [pytest.mark.slow, pytest.mark.skipif(sys.platform != "linux", reason="a worker needs Linux")]
 PICTURES = 3
+LONG_S = 30.0
 
 
 @contextmanager
@@ -83,15 +85,15 @@ def wait_for_end(process: int) -> bool:
 def test_pictures_can_be_taken_in_any_order() -> None:
     with open_worker() as worker:
         numbers = [submit_when_ready(worker, build_view(x)) for x in (7, 8, 9)]
-        levels = [get_level(worker.take(numbers[at], LENS)) for at in (1, 0, 2)]
+        levels = [get_level(worker.take(numbers[at], LENS, LONG_S)) for at in (1, 0, 2)]
     assert levels == [8, 7, 9]
 
 
 def test_a_picture_stays_the_same_after_later_pictures() -> None:
     with open_worker() as worker:
-        first = worker.take(submit_when_ready(worker, build_view(1)), LENS)
+        first = worker.take(submit_when_ready(worker, build_view(1)), LENS, LONG_S)
         for x in range(2, 9):
-            worker.take(submit_when_ready(worker, build_view(x)), LENS)
+            worker.take(submit_when_ready(worker, build_view(x)), LENS, LONG_S)
     assert get_level(first) == 1
 
 
@@ -103,15 +105,15 @@ def test_the_first_view_does_not_wait_for_the_process() -> None:
 def test_a_picture_whose_memory_has_a_later_one_is_not_returned() -> None:
     with open_worker() as worker:
         numbers = [submit_when_ready(worker, build_view(x)) for x in range(PICTURES + 1)]
-        assert worker.take(numbers[0], LENS) is None
-        assert get_level(worker.take(numbers[-1], LENS)) == PICTURES
+        assert worker.take(numbers[0], LENS, LONG_S) is None
+        assert get_level(worker.take(numbers[-1], LENS, LONG_S)) == PICTURES
 
 
 def test_a_painted_picture_of_another_process_is_equal() -> None:
     build = partial(PaintedRenderer, load_world("arena"))
     with open_worker(build) as worker:
         view = build_view(0)
-        image = worker.take(submit_when_ready(worker, view), LENS)
+        image = worker.take(submit_when_ready(worker, view), LENS, LONG_S)
     assert image is not None
     assert np.array_equal(image, build().picture(view))
 
@@ -124,24 +126,40 @@ def test_after_the_end_of_the_process_there_are_no_pictures_and_no_other_process
         os.kill(process, number)
         assert wait_for_end(process)
         late = worker.submit(build_view(2))  # a thread of the process may still hold its socket
-        assert late is None or worker.take(late, LENS) is None
+        assert late is None or worker.take(late, LENS, LONG_S) is None
         assert worker.submit(build_view(3)) is None
         assert worker._process is None
 
 
 def test_a_process_that_ends_while_it_renders_gives_no_picture() -> None:
     with open_worker() as worker:
-        assert worker.take(submit_when_ready(worker, build_view(DIES)), LENS) is None
+        assert worker.take(submit_when_ready(worker, build_view(DIES)), LENS, LONG_S) is None
 
 
-def test_a_process_that_hangs_gives_no_picture_and_is_killed(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(client, "ANSWER_S", 1)
+def test_a_process_that_hangs_gives_no_picture_and_is_killed_at_the_end(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(client, "CLOSING_S", 0.1)
     with open_worker() as worker:
         number = submit_when_ready(worker, build_view(HANGS))
         process = get_process(worker)
-        assert worker.take(number, LENS) is None
-        assert not is_running(process)
+        assert worker.take(number, LENS, 0.01) is None
+        assert is_running(process)
+    assert not is_running(process)
+
+
+def test_a_late_picture_can_be_taken_later_and_the_next_ones_are_right() -> None:
+    with open_worker() as worker:
+        numbers = [submit_when_ready(worker, build_view(x)) for x in (SLOW, 5)]
+        assert worker.take(numbers[0], LENS, 0.01) is None
+        assert get_level(worker.take(numbers[1], LENS, LONG_S)) == 5
+        assert get_level(worker.take(numbers[0], LENS, LONG_S)) == SLOW % 256
+
+
+def test_a_process_that_is_late_gets_no_more_views_than_its_memory_has_pictures() -> None:
+    with open_worker() as worker:
+        for x in (SLOW, *range(1, PICTURES)):
+            submit_when_ready(worker, build_view(x))
+        assert worker.submit(build_view(9)) is None
+        assert get_level(worker.take(submit_when_ready(worker, build_view(9)), LENS, LONG_S)) == 9
 
 
 def test_a_renderer_that_cannot_be_built_gives_no_picture() -> None:
@@ -191,61 +209,6 @@ def test_the_process_ends_with_a_run_that_is_killed(way: str) -> None:
         assert wait_for_end(process)
         if way == "fork":
             os.killpg(run.pid, signal.SIGKILL)
-
-
-@pytest.fixture(autouse=True)
-def _start_at_once(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(client, "FIRST_PICTURES", 2)
-
-
-@contextmanager
-def open_queue() -> Iterator[tuple[PictureQueue, list[float]]]:
-    """Yield a queue whose process is ready, and the x of the views that this process renders."""
-    here: list[float] = []
-
-    def render(view: CameraView) -> Image:
-        here.append(float(view.eye[0]))
-        return PlainRenderer().picture(view)
-
-    worker = RenderWorker(PlainRenderer)
-    queue = PictureQueue(worker, render, LENS, PICTURES)
-    try:
-        submit_when_ready(worker, build_view(0))
-        yield queue, here
-    finally:
-        worker.close()
-
-
-def test_the_run_renders_the_first_pictures() -> None:
-    with open_queue() as (queue, here):
-        assert [get_level(queue.begin(build_view(x))()) for x in (1, 2, 3, 4)] == [1, 2, 3, 4]
-        assert here == [1, 2]
-
-
-def test_pictures_that_no_app_reads_are_not_rendered() -> None:
-    with open_queue() as (queue, here):
-        for x in (1, 1):
-            queue.begin(build_view(x))()
-        before = queue._worker._submitted
-        renders = [queue.begin(build_view(x)) for x in range(2, 10)]
-        assert queue._worker._submitted == before + PICTURES
-        assert get_level(renders[-1]()) == 9
-        assert get_level(queue.begin(build_view(10))()) == 10
-        assert here == [1, 1, 9]
-
-
-def test_the_run_renders_a_picture_that_a_dead_worker_has_not_rendered() -> None:
-    with open_queue() as (queue, here):
-        for x in (1, 1):
-            queue.begin(build_view(x))()
-        render = queue.begin(build_view(2))
-        os.kill(get_process(queue._worker), signal.SIGSTOP)
-        later = queue.begin(build_view(3))
-        os.kill(get_process(queue._worker), signal.SIGKILL)
-        assert get_level(render()) == 2
-        assert get_level(later()) == 3
-        assert get_level(queue.begin(build_view(4))()) == 4
-        assert here[-2:] == [3, 4]
 
 
 @pytest.mark.parametrize(
