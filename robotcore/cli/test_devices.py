@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from contextlib import ExitStack, suppress
 from dataclasses import asdict
 from typing import TYPE_CHECKING
@@ -42,13 +42,15 @@ class TerminalPerson:
 
     def __init__(self, answers: Mapping[str, str]) -> None:
         self._answers = dict(answers)
+        self.check: Callable[[], object] = lambda: None
+        """Raises the error of an e-stop while the person types."""
 
     def answer(self, device: str, question: Question) -> str | float | None:
         given = self._answers.get(f"{device}.{question.topic}")
         if given is None:
             if question.choices:
-                return choose(question.text, question.choices)
-            return read_number(f"{question.text} (Enter = skip):", lambda _number: "")
+                return choose(question.text, question.choices, self.check)
+            return read_number(f"{question.text} (Enter = skip):", lambda _number: "", self.check)
         if question.choices and given not in question.choices:
             raise UnknownNameError(f"answer to {device}.{question.topic}", given, list(question.choices))
         return given if question.choices else _parse_number(device, question.topic, given)
@@ -56,7 +58,7 @@ class TerminalPerson:
     def follow(self, device: str, topic: str, instruction: str) -> bool:
         if (given := self._answers.get(f"{device}.{topic}")) is not None:
             return given != "skip"
-        return read_answer(f"{instruction}. [Enter = ready, s = skip]") == ""
+        return read_answer(f"{instruction}. [Enter = ready, s = skip]", self.check) == ""
 
 
 def _parse_number(device: str, topic: str, answer: str) -> float:
@@ -166,6 +168,7 @@ def _test(setup: CalibratedSetup, tested: _Tested, person: TerminalPerson, names
 
     with ExitStack() as opened:
         live = _open(setup, opened, tested)
+        person.check = live.require_running
         tester = LiveDeviceTester(live, setup.description, tested.corrections, person, tested.add)
         for name in names:
             if name not in live.devices and name not in tested.failed:

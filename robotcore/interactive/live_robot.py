@@ -107,6 +107,12 @@ class LiveRobot(Robot):
             raise UsageError(text, kind="no-pace")
         return self._run.pace
 
+    def require_running(self) -> None:
+        """Raise the error that has stopped the robot, such as an e-stop while the program waited for a person."""
+        if self._loop and (error := self._loop.latched_error):
+            self._reported = error
+            raise error
+
     def run(self, routine: Routine[Any] | Behaviour) -> Any:
         """Run a routine or an app to its end, and return its result. The wheels stand afterwards.
 

@@ -83,17 +83,16 @@ class Board:
         return np.asarray(refined, np.float32).reshape(-1, 2)
 
     def find_other_size(self, pictures: Sequence[Image]) -> Board | None:
-        """Return the board of a similar size that grey pictures show; None if they show none.
+        """Return the board of a similar size that most grey pictures show; None if at most one of four shows it.
 
         Many people count squares in place of inner corners, or leave out a row.
         """
         changes = [(columns, rows) for columns in (0, -1, 1, -2) for rows in (0, -1, 1, -2) if columns or rows]
         sizes = [(self.columns + columns, self.rows + rows) for columns, rows in changes]
-        for columns, rows in sorted(sizes, key=lambda size: -size[0] * size[1]):
-            other = Board(columns, rows, self.square_m)
-            if min(columns, rows) >= MIN_CORNERS and any(other.find(picture) is not None for picture in pictures):
-                return other
-        return None
+        others = [Board(*size, self.square_m) for size in sizes if min(size) >= MIN_CORNERS]
+        counts = {other: sum(other.find(picture) is not None for picture in pictures) for other in others}
+        best = max(counts, key=lambda other: counts[other])
+        return best if 4 * counts[best] > len(pictures) else None
 
 
 CELLS = 3

@@ -107,8 +107,11 @@ def collect_views(pictures: Iterable[Image], board: Board) -> tuple[ViewSelectio
 
 
 def require_board(selection: ViewSelection, board: Board, without: Sequence[Image]) -> None:
-    """Raise CalibrationError if no picture shows the board. The error names a board of another size in the pictures."""
-    if selection.views:
+    """Raise CalibrationError if hardly any picture shows the board. The error names a board of another size in them.
+
+    without: some pictures without the board.
+    """
+    if len(selection.views) >= MIN_VIEWS:
         return
     if other := board.find_other_size(without):
         raise CalibrationError(
@@ -117,6 +120,8 @@ def require_board(selection: ViewSelection, board: Board, without: Sequence[Imag
             kind="other-board",
             board=str(other),
         )
+    if selection.views:
+        return
     raise CalibrationError(
         f"no picture shows a whole chessboard of {board} inner corners, at which four squares meet. Keep the whole "
         "board with a white margin in the picture, give it more light, and count its inner corners, not its squares",

@@ -199,7 +199,7 @@ def _measure_live(
         for part in parts:
             instruction, measure = measures[part]
             if instruction and not setup.is_simulated:
-                require_ready(instruction, is_confirmed=is_confirmed)
+                require_ready(instruction, live.require_running, is_confirmed=is_confirmed)
             _run_part(results, part, partial(measure, live, device))
 
 

@@ -112,8 +112,8 @@ def command(
 
         require_writable(plot)
     changes = RobotChanges(robot, is_writing=is_writing)
-    if distances and setup.is_simulated:
-        text = "in a simulator, the true distances take the place of the tape. Leave --distances out"
+    if distances and setup.is_simulated and setup.description.drive:
+        text = "a simulated robot drives to the wall itself, by its true distance. Leave --distances out"
         raise UsageError(text, kind="distances-in-simulator")
     is_driving = start is not None or (setup.is_simulated and setup.description.drive is not None)
     if is_driving and setup.description.drive is None:
@@ -131,8 +131,8 @@ def command(
 
         save_plots([draw_errors(fit, sensor.name)], plot)
     if as_json:
-        listed = [{**_drop_nan(asdict(each)), "loss": each.loss} for each in fit.stops]
-        measured = {**asdict(fit), "stops": listed}
+        results = [{**_drop_nan(asdict(each)), "loss": each.loss} for each in fit.stops]
+        measured = {**asdict(fit), "stops": results}
         answer = {"robot": setup.description.name, "sensor": sensor.name, **measured, "values": changes.values}
         write_json({**answer, "diff": changes.diff, "is_written": changes.is_written, "exit_status": 0})
     else:
@@ -160,7 +160,7 @@ def _measure(
                 instruction = (
                     f"Put the robot square before a wall, its sensor {start:g} m from it: it drives to the wall"
                 )
-                require_ready(instruction, is_confirmed=is_confirmed)
+                require_ready(instruction, live.require_running, is_confirmed=is_confirmed)
             return [*_drive_to_wall(live, sensor, start, seconds)]
         return [*_ask_distances(live, sensor, distances, seconds, is_confirmed=is_confirmed)]
 
@@ -196,29 +196,28 @@ def _drive_to_wall(
 
 
 def _ask_distances(
-    live: LiveRobot,
-    sensor: RangeSensorDescription,
-    distances: tuple[float, ...],
-    seconds: float,
-    *,
-    is_confirmed: bool,
+    live: LiveRobot, sensor: RangeSensorDescription, distances: tuple[float, ...], seconds: float, *, is_confirmed: bool
 ) -> Iterator[Stop]:
     from robotcore.calibration.range_sensor import listen
 
     device: Any = live[sensor.name]
     listen_at = partial(listen, live, device, seconds=seconds)
     for distance in distances:
-        require_ready(f"Put the sensor {distance:g} m before the wall", is_confirmed=is_confirmed)
+        require_ready(f"Put the sensor {distance:g} m before the wall", live.require_running, is_confirmed=is_confirmed)
         yield live.run(listen_at(distance))
     while not distances:
         prompt = "Distance from the sensor to the wall in metres (Enter = end):"
-        typed = read_number(prompt, lambda value: "" if 0 < value < 20 else f"{value:g} m is no distance")
+        typed = read_number(prompt, _find_problem, live.require_running)
         if typed is None:
             return
         stop = live.run(listen_at(typed))
         yield stop
         reading = stop.readings[-1].distance
         write_line(f"  {len(stop.readings)} samples, the last one {reading:.3f} m", is_error=True)
+
+
+def _find_problem(distance: float) -> str:
+    return "" if 0 < distance < 20 else f"{distance:g} m is no distance"
 
 
 def _apply(changes: RobotChanges, sensor: RangeSensorDescription, fit: RangeFit) -> list[str]:

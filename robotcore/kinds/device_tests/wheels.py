@@ -233,7 +233,9 @@ def _report_no_wheel(tester: DeviceTester, pulse: _Pulse) -> None:
 def _judge_encoders(tester: DeviceTester, pulses: Sequence[_Pulse]) -> None:
     if (drive := tester.description.drive) is None:
         return
+    pulsed = {pulse.motor for pulse in pulses}
     own = {drive.motor_by_device[name]: name for name in drive.encoders if name in tester.robot.devices}
+    own = {motor: name for motor, name in own.items() if motor in pulsed}
     turned = {own[pulse.wheel]: pulse for pulse in reversed(pulses) if pulse.wheel in own}
     source = {name: pulse.encoder for name, pulse in turned.items() if pulse.encoder}
     swapped = _swap(tester, source, "{source} is on the wheel of {name}", "encoder")

@@ -13,6 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from robotcore.calibration.camera.board import Board
+from robotcore.lens import is_invertible
 from robotcore.optics import Image, Intrinsics
 
 Array = NDArray[np.float64]
@@ -50,14 +51,16 @@ class TrueCamera:
     @classmethod
     def draw(cls, random_: random.Random, width: int = 640, height: int = 480) -> TrueCamera:
         """Draw a camera like those of robots: 45° to 80° wide, with a lens that bends lines visibly."""
-        focal_length = width / 2 / math.tan(math.radians(random_.uniform(45, 80)) / 2)
-        centre = (
-            (width - 1) / 2 + random_.uniform(-0.03, 0.03) * width,
-            (height - 1) / 2 + random_.uniform(-0.03, 0.03) * height,
-        )
-        k1, k2 = random_.uniform(-0.30, 0.10), random_.uniform(-0.05, 0.08)
-        tangential = random_.uniform(-0.002, 0.002), random_.uniform(-0.002, 0.002)
-        return cls(width, height, focal_length, centre, (k1, k2, *tangential, 0.0), random_.uniform(1.0, 6.0))
+        while True:
+            focal_length = width / 2 / math.tan(math.radians(random_.uniform(45, 80)) / 2)
+            shift_u, shift_v = random_.uniform(-0.03, 0.03), random_.uniform(-0.03, 0.03)
+            centre = (width - 1) / 2 + shift_u * width, (height - 1) / 2 + shift_v * height
+            k1, k2 = random_.uniform(-0.30, 0.10), random_.uniform(-0.05, 0.08)
+            tangential = random_.uniform(-0.002, 0.002), random_.uniform(-0.002, 0.002)
+            noise = random_.uniform(1.0, 6.0)
+            camera = cls(width, height, focal_length, centre, (k1, k2, *tangential, 0.0), noise)
+            if is_invertible(camera.intrinsics):  # others are no lenses
+                return camera
 
     @cached_property
     def rays(self) -> NDArray[np.float32]:

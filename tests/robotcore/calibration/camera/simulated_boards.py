@@ -21,21 +21,24 @@ from robotcore.optics import Image, Intrinsics
 BOARD = Board(9, 6, 0.03)
 SIZE = (640, 480)
 TEXEL_PX = 40
-VIEWS = 30
+VIEWS = 24
 
 
 def take_floor_pictures(random_: random.Random, views: int = VIEWS) -> tuple[Iterator[Image], Intrinsics, Board]:
     """Return grey pictures, the true intrinsics of the camera, and the board."""
     width, height = SIZE
+    fov = random_.uniform(0.9, 1.2)
+    centre = width / 2 + random_.uniform(-8, 8), height / 2 + random_.uniform(-8, 8)
+    distortion = random_.uniform(-0.2, 0.05), random_.uniform(0.0, 0.05), 0.0, 0.0, 0.0
     camera: dict[str, Any] = {
         "width_px": width,
         "height_px": height,
-        "horizontal_fov_rad": random_.uniform(0.9, 1.2),
-        "centre_px": [width / 2 + random_.uniform(-8, 8), height / 2 + random_.uniform(-8, 8)],
-        "distortion": [random_.uniform(-0.2, 0.05), random_.uniform(0.0, 0.05), 0.0, 0.0, 0.0],
+        "horizontal_fov_rad": fov,
+        "centre_px": list(centre),
+        "distortion": list(distortion),
         "noise_levels": random_.uniform(0.5, 3.0),
     }
-    truth = Intrinsics(*SIZE, camera["horizontal_fov_rad"], tuple(camera["centre_px"]), tuple(camera["distortion"]))
+    truth = Intrinsics(*SIZE, fov, centre, distortion)
     return _take(camera, random_, views), truth, BOARD
 
 
