@@ -45,8 +45,8 @@ class Correction:
 
     @property
     def name(self) -> str:
-        """The dotted name of the key, such as ``left_motor.lag_s``."""
-        return ".".join((*self.table[self.table[0] != "drive" :], self.key))
+        """The dotted name of the key, such as ``drive.track_m`` or ``left_motor.lag_s``."""
+        return ".".join((*self.table[self.table[0] == "devices" :], self.key))
 
     def to_dict(self) -> dict[str, Any]:
         """Return the fields for JSON."""

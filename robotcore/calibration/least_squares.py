@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable
 from dataclasses import dataclass
 from typing import NamedTuple
@@ -19,8 +20,8 @@ MAX_STEPS = 60
 TOLERANCE = 1e-9
 """The fit ends if a step changes the sum of squares by less than this share."""
 
-MIN_UNCERTAINTY = 1e-3
-"""No value of a robot is certain to a smaller share, because batteries, tyres and motors change."""
+MAX_DIGITS = 4
+"""No value of a robot has more meaningful digits, because batteries, tyres and motors change."""
 
 DIFFERENCE = 1e-4
 """The step of the numeric derivative, as a share of a parameter's scale."""
@@ -30,7 +31,7 @@ class Estimate(NamedTuple):
     """A measured value and its uncertainty.
 
     >>> Estimate(13.28517, 0.0317).rounded, Estimate(13.28517, 0.0).rounded
-    (13.285, 13.285)
+    (13.29, 13.29)
     """
 
     value: float
@@ -39,8 +40,11 @@ class Estimate(NamedTuple):
 
     @property
     def rounded(self) -> float:
-        """The value without the digits that its uncertainty, or that of each measurement, makes meaningless."""
-        return round_measured(self.value, max(self.deviation, MIN_UNCERTAINTY * abs(self.value)))
+        """The value with the digits that its uncertainty allows, and with `MAX_DIGITS` digits at most."""
+        if not self.value or not math.isfinite(self.value):
+            return self.value
+        most = MAX_DIGITS - 1 - math.floor(math.log10(abs(self.value)))
+        return round(round_measured(self.value, self.deviation), most)
 
     def scale(self, factor: float) -> Estimate:
         """Return the estimate of the value times a known factor."""

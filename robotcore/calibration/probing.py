@@ -124,13 +124,21 @@ class Probing:
         keeper = TruthKeeper()
         steps = [ProbeStep(REST_S), ProbeStep(duration_s, command, command), ProbeStep(settle_s)]
         probe = self.run_probe(steps, [keeper], takes_duties=takes_duties)
-        if moved := keeper.displacement:
-            return Displacement(*moved), probe
+        if moved := self.read_displacement(keeper):
+            return moved, probe
         along = self.person.ask(
             f"{title}: the distance that the middle of the axle has moved along the line, in metres"
         )
         beside = self.person.ask(f"{title}: its distance from the line in metres, positive to the left")
         return Displacement(along if command > 0 else -abs(along), beside), probe
+
+    def read_displacement(self, keeper: TruthKeeper) -> Displacement | None:
+        """Return how far a simulated robot has moved by its ground truth; None on a real robot."""
+        return Displacement(*keeper.displacement) if keeper.displacement else None
+
+    def read_turn(self, keeper: TruthKeeper) -> float | None:
+        """Return by how much a simulated robot has turned by its ground truth, in radians; None on a real robot."""
+        return None if keeper.start is None else keeper.turned
 
     def prepare(self, instruction: str) -> None:
         """Ask the person to prepare a real robot, and wait until it is done."""

@@ -27,6 +27,9 @@ FOLLOW_S = 3600.0
 LEASE_TICKS = 10.0
 """The lease of a command in ticks. At the rate of a probe, a shorter one would end by a delay of the computer."""
 
+COMPENSATED = ("dead_band_rad_s", "forward_gain", "backward_gain")
+"""The keys of a motor's description that a run compensates in each command."""
+
 PROBED_KINDS = frozenset({"motor", "encoder", "imu"})
 
 
@@ -141,3 +144,5 @@ class CalibratedRobot:
             settings["model"] = {**full, "max_duty": model.max_duty}
             settings.pop("control", None)
             devices[name]["max_velocity_rad_s"] = FULL_RAD_S * model.max_duty
+            for key in COMPENSATED:  # a run would change the duties
+                devices[name].pop(key, None)

@@ -22,6 +22,8 @@ LIMIT_S = 110
 """The time limit of a benchmark in seconds, less than the limit of a test."""
 
 EXACT = {
+    "calibration_drive": "--robots 1",
+    "calibration_motors": "--robots 1 --drives 1",
     "drives": "--robots freenove-4wd picar",
     "faults": "--seeds 1 --world open --jobs 1 --fault 'camera drop=0.3'",
     "hand_driven_runs": "--runs 1 --backends kinematic",

@@ -22,6 +22,9 @@ class Bridge(Output):
 
     Before the motor changes its direction, and at a stop, every output is set low.
 
+    A duty is sent in whole percent. What rounding takes from a duty is added to the next one, so that the mean of many
+    duties is exact.
+
     motor: the motor's name, for errors.
     outputs: gpiozero's outputs by their GPIOs, those with PWM last.
     levels: returns the levels of the outputs at a duty.
@@ -31,10 +34,11 @@ class Bridge(Output):
     def __init__(self, motor: str, outputs: Mapping[int, Any], levels: Levels, opened: ExitStack) -> None:
         self._motor, self._outputs, self._levels, self._opened = motor, outputs, levels, opened
         self._direction = 0
+        self._left_over = 0.0
 
     def turn(self, duty: float) -> None:
         try:
-            self._set_duty(round_to_percent(duty))
+            self._set_duty(self._round(duty))
         except Exception as error:
             raise build_pin_error(self._motor, tuple(self._outputs), error) from error
 
@@ -42,6 +46,14 @@ class Bridge(Output):
         """Close every line, even if an error occurs at another line."""
         with translate_pin_errors(self._motor, tuple(self._outputs)):
             self._opened.close()
+
+    def _round(self, duty: float) -> float:
+        if not duty or duty * self._direction <= 0:
+            self._left_over = 0.0
+        wanted = duty + self._left_over
+        sent = round_to_percent(max(-1.0, min(wanted, 1.0)))
+        self._left_over = wanted - sent if duty else 0.0
+        return sent if sent * duty > 0 else 0.0
 
     def _set_duty(self, duty: float) -> None:
         direction = (duty > 0) - (duty < 0)

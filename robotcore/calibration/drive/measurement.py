@@ -185,8 +185,8 @@ def _spin_once(probing: Probing, turns_by: Reference, turns: int, track_m: float
 
 
 def _ask_turn(probing: Probing, keeper: TruthKeeper, turns: int, title: str) -> Estimate:
-    if keeper.start is not None:
-        return Estimate(keeper.turned, TAPE_ERROR_RAD)
+    if (turned := probing.read_turn(keeper)) is not None:
+        return Estimate(turned, TAPE_ERROR_RAD)
     beyond = probing.person.ask(
         f"{title}: the angle from the line to the robot's direction now, in degrees, positive to the left"
     )

@@ -51,7 +51,7 @@ def fit_full_turn(angles: Array, distances: Array) -> Estimate:
     spread = float(np.var(values))
     if spread < MIN_CONTRAST * _disperse(best, angles, values):
         raise CalibrationError(_describe("the distances do not repeat"), kind="no-wall")
-    return Estimate(best, math.tau / BINS / turns / math.sqrt(12))
+    return Estimate(best, math.tau / BINS / turns)
 
 
 def _find_least(periods: Array, angles: Array, values: Array) -> float:

@@ -3,28 +3,27 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from enum import Enum
 
 import numpy as np
 
-from robotcore.calibration.least_squares import Array, Estimate
+from robotcore.calibration.least_squares import Array
 from robotcore.calibration.motors.plans import IMU_REST_S, list_levels, plan_for_encoders, plan_for_imu
 from robotcore.calibration.motors.response import Response, fit_response, shorten_rests
+from robotcore.calibration.motors.tape_fit import PresentMotor, TapeDrive, fit_tape
 from robotcore.calibration.motors.velocity_curve import CurvePoint, VelocityCurve, fit_velocity_curve
 from robotcore.calibration.motors.wheel_check import check_wheels
 from robotcore.calibration.probe import SIDES, ProbeLog, Side
-from robotcore.calibration.probing import Displacement, Probing
+from robotcore.calibration.probing import Probing
 from robotcore.description import AckermannDrive, Drive
 from robotcore.errors import CalibrationError, UsageError
 from robotcore.kinds.encoder import EncoderDescription
+from robotcore.kinds.motor import MotorDescription
 
-TAPE_LEVELS = (1.0, 0.5)
-"""The commands of the drives along a tape measure, as shares of the greatest one."""
-
-TAPE_ERROR_M = 0.003
-"""The standard deviation of a distance by a tape measure, in metres."""
+TAPE_LEVELS, TAPE_WAYS = (1.0, 0.75, 0.5), (1.0, 0.5, 1.0)
+"""The commands of the drives along a tape measure, as shares of the greatest one, and the lengths of these drives."""
 
 MIN_DRIVE_S, MAX_DRIVE_S = 1.0, 20.0
 """The limits of the duration of a drive along a tape measure, in seconds."""
@@ -175,45 +174,34 @@ def fit_curve_of(motor: str, points: Sequence[CurvePoint]) -> VelocityCurve:
 
 
 def _measure_by_tape(probing: Probing, distance_m: float) -> list[MotorResult]:
-    drive = probing.drive
-    points: dict[Side, list[CurvePoint]] = {"left": [], "right": []}
-    levels = list_levels(probing.robot.max_command, TAPE_LEVELS)
-    commands = [sign * level for level in levels for sign in (1, -1)]
-    for number, command in enumerate(commands, start=1):
+    drive, drives = probing.drive, []
+    commands = [
+        (sign * level, distance_m * share)
+        for level, share in zip(list_levels(probing.robot.max_command, TAPE_LEVELS), TAPE_WAYS, strict=True)
+        for sign in (1, -1)
+    ]
+    for number, (command, way_m) in enumerate(commands, start=1):
         speed = abs(_predict_rad_s(probing, command)) * drive.wheel_radius_m
-        duration = min(max(distance_m / speed if speed else MAX_DRIVE_S, MIN_DRIVE_S), MAX_DRIVE_S)
+        duration = min(max(way_m / speed if speed else MAX_DRIVE_S, MIN_DRIVE_S), MAX_DRIVE_S)
         duration = round(duration * probing.rate_hz) / probing.rate_hz
         moved, _ = probing.drive_straight(command, duration, SETTLE_S, f"drive {number} of {len(commands)}")
-        for side, rolled in zip(SIDES, split_arc(moved, drive), strict=True):
-            velocity = rolled / drive.wheel_radius_m / duration
-            deviation = TAPE_ERROR_M / drive.wheel_radius_m / duration
-            points[side].append(CurvePoint(command, Estimate(velocity, deviation)))
-    pairs: Iterator[tuple[Side, str]] = (
-        (side, motor) for side in SIDES for motor in (drive.left_motors if side == "left" else drive.right_motors)
-    )
-    found = {
-        motor: MotorResult(motor, "tape measure", fit_curve_of(motor, points[side]), None) for side, motor in pairs
-    }
-    return list(found.values())
+        drives.append(TapeDrive(command, duration, moved))
+    sides = [drive.left_motors] if drive.left_motors == drive.right_motors else [drive.left_motors, drive.right_motors]
+    curves = fit_tape(drives, drive.geometry, [_read_present(probing, motors[0]) for motors in sides])
+    return [
+        MotorResult(motor, "tape measure", curve, None)
+        for motors, curve in zip(sides, curves, strict=True)
+        for motor in motors
+    ]
 
 
-def split_arc(moved: Displacement, drive: Drive) -> tuple[float, float]:
-    """Return the ways of the left and the right wheels along an arc between two points, in metres.
-
-    The robot stood along the x axis of the displacement, and its wheels turned at constant velocities.
-
-    >>> from robotcore.description import load_robot
-    >>> drive = load_robot("rover").drive
-    >>> split_arc(Displacement(1.0, 0.0), drive)
-    (1.0, 1.0)
-    """
-    turn = 2 * math.atan(moved.left_m / moved.forward_m) if moved.forward_m else 0.0
-    half = turn / 2
-    way = moved.forward_m / math.cos(half) / (math.sin(half) / half if half else 1.0)
-    if isinstance(drive, AckermannDrive):
-        return way, way
-    beside = turn * drive.geometry.track / 2
-    return way - beside, way + beside
+def _read_present(probing: Probing, motor: str) -> PresentMotor:
+    """Return the values of a motor in the robot's file."""
+    robot = probing.robot
+    lag_s = next(each.lag_s for each in robot.description.all_of(MotorDescription) if each.name == motor)
+    if model := robot.models.get(motor):
+        return PresentMotor(model.dead_band, model.forward_rad_s, model.backward_rad_s, lag_s)
+    return PresentMotor(0.0, robot.full_rad_s, robot.full_rad_s, lag_s)
 
 
 def _predict_rad_s(probing: Probing, command: float) -> float:

@@ -67,9 +67,8 @@ def fit_response(steps: Sequence[CommandStep], times: Array, angles: Array, *, h
 
     def solve(parameters: Array) -> Fit:
         lag, delay = parameters
-        columns = [
-            _respond(times - step.start - delay, lag) - _respond(times - step.end - delay, lag) for step in driven
-        ]
+        after = [times - step.start - delay for step in driven], [times - step.end - delay for step in driven]
+        columns = [compute_step_response(a, lag) - compute_step_response(b, lag) for a, b in zip(*after, strict=True)]
         table = np.column_stack([*columns, *([times] if has_drift else []), angles])
         free = _remove_offsets(table, number, counts)
         return fit_linear(free[:, :-1], free[:, -1])
@@ -90,8 +89,12 @@ def shorten_rests(steps: Sequence[CommandStep], duration_s: float) -> list[Comma
     return [first, *middle, last._replace(end=min(last.end, last.start + duration_s))]
 
 
-def _respond(passed: Array, lag: float) -> Array:
-    """Return the angle of a wheel whose command was set to 1 rad/s, after a time in seconds."""
+def compute_step_response(passed: Array, lag: float) -> Array:
+    """Return the angle of a wheel after times since its command was set to 1 rad/s, in radians; 0 before that.
+
+    passed: the times in seconds, (n,).
+    lag: the time constant of the first-order lag, in seconds.
+    """
     positive = np.maximum(passed, 0.0)
     return positive - lag * -np.expm1(-positive / lag)
 

@@ -21,7 +21,7 @@ MIN_TURNING = 0.05
 MAX_DEAD_BAND = 0.9
 
 MIN_R_SQUARED = 0.98
-"""The least share of the velocities' variance that the curve must explain."""
+"""The least share of the variance of the speeds in each direction that the curve must explain."""
 
 MODEL_ERROR = 0.001
 """The share of the greatest velocity by which a real motor's velocities differ from the curve at least. With it, the
@@ -52,7 +52,7 @@ class VelocityCurve:
     residual_rad_s: float
     """The root mean square of the residuals, in rad/s."""
     r_squared: float
-    """The share of the velocities' variance that the curve explains, up to 1."""
+    """The share of the variance of the speeds in each direction that the curve explains, up to 1."""
 
     @property
     def is_fitting(self) -> bool:
@@ -91,8 +91,8 @@ def fit_velocity_curve(points: Sequence[CurvePoint]) -> VelocityCurve:
         lambda parameters: compute_errors(parameters) / deviation, start, lower, upper, least_variance=1.0
     )
     errors = compute_errors(fit.parameters)
-    spread = speed * np.sign(command)
-    explained = 1 - float(errors @ errors) / max(float(np.sum((spread - spread.mean()) ** 2)), 1e-12)
+    means = np.where(is_forward, speed[is_forward].mean(), speed[~is_forward].mean())
+    explained = 1 - float(errors @ errors) / max(float(np.sum((speed - means) ** 2)), 1e-12)
     dead_band, forward, backward = fit.estimates
     rms = float(np.sqrt(np.mean(errors**2)))
     return VelocityCurve(dead_band, forward, backward, tuple(points), rms, explained)

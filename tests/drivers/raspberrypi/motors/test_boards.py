@@ -194,6 +194,36 @@ def test_on_lgpio_a_stop_is_low_at_once_and_the_next_command_turns_again(board: 
     motor.close()
 
 
+def send_duties(rig: Rig, velocity: float, count: int) -> list[float]:
+    """Command a velocity several times, and return the duty on the forward line after each command."""
+    sent = []
+    for _ in range(count):
+        rig.motor.set_velocity(velocity)
+        sent.append(float(rig.pins.pin(FORWARD).state))
+    return sent
+
+
+@pytest.mark.parametrize("duty", [0.3025, 0.505, 0.7175])
+def test_the_mean_of_many_duties_is_exact_although_each_is_a_whole_percent(duty: float) -> None:
+    sent = send_duties(Rig(H_BRIDGE), 14 * (duty - 0.1) / 0.9, 40)
+    assert sum(sent) / 40 == pytest.approx(duty, abs=1e-3)
+    assert {round(100 * each, 6) % 1 for each in sent} == {0.0}
+    assert max(sent) - min(sent) <= 0.0101
+
+
+def test_after_a_stop_and_a_change_of_direction_nothing_is_left_over_of_the_last_duty() -> None:
+    rig, velocity = Rig(H_BRIDGE), 14 * (0.3049 - 0.1) / 0.9
+    first = send_duties(rig, velocity, 1)
+    rig.motor.stop()
+    assert send_duties(rig, velocity, 1) == first
+    rig.motor.set_velocity(-velocity)
+    assert send_duties(rig, velocity, 1) == first
+
+
+def test_the_greatest_duty_stays_the_greatest() -> None:
+    assert set(send_duties(Rig({**H_BRIDGE, "model": {**MODEL, "forward_rad_s": 12.0}}), 12.0, 5)) == {1.0}
+
+
 def test_lgpio_sends_exactly_the_whole_percent() -> None:
     for percent in range(-100, 101):
         duty = round_to_percent(percent / 100)

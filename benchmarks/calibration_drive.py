@@ -1,0 +1,108 @@
+"""Calibrate the drive of robots whose wheel radius and track are wrong, and compare the files with the truth.
+
+    python -m benchmarks.calibration_drive --robots 8 --seed 1
+
+Each robot is a rover on virtualpi. Its true wheel radius and its true track differ by up to 8 % from its file. The
+references are a tape measure with errors of 2 mm and 1°, an IMU with noise and drift, and the walls of a room by an
+ultrasonic sensor. The table has the greatest errors. The exit status is 1 if an error by the tape or the IMU exceeds
+0.5 %, or an error by the walls 1 %.
+"""
+
+from __future__ import annotations
+
+import sys
+from collections.abc import Iterator
+from concurrent.futures import ProcessPoolExecutor
+from functools import partial
+from pathlib import Path
+from random import Random
+from tempfile import TemporaryDirectory
+
+from benchmarks.calibration_robots import IMU, WORLD, InaccurateTape, NoPerson, patient_run
+from benchmarks.report import parse_options, print_table
+from robotcore.calibration.drive.measurement import Reference, measure_drive
+from robotcore.calibration.probing_robot import CalibratedRobot
+from robotcore.description import read_shipped
+from robotcore.description.editing import RobotEditor
+from robotcore.hal.backend import load_backend
+from robotcore.sweep.engine import count_cores
+
+ROOM = """
+name = "room"
+[floor]
+length_m = 3.0
+width_m = 3.6
+[walls]
+height_m = 0.4
+[start]
+x_m = -0.4
+y_m = 0.6
+[[obstacles]]
+name = "box"
+shape = "box"
+x_m = -0.6
+y_m = -0.9
+length_m = 0.4
+width_m = 0.3
+height_m = 0.3
+colour = "grey"
+"""
+
+CASES = {
+    "tape": (Reference.TAPE, Reference.TAPE, 2.0, 0.005),
+    "imu": (Reference.TAPE, Reference.IMU, 2.0, 0.005),
+    "wall": (Reference.WALL, Reference.WALL, 1.0, 0.01),
+}
+"""For each reference that of the straight drives and of the turns, the distance in metres, and the greatest error."""
+
+SPREAD = 0.08
+TURNS = 5
+
+
+def main() -> int:
+    """Calibrate, and print the greatest errors."""
+    options = parse_options(__doc__, robots=8, seed=1)
+    seeds = range(options.seed, options.seed + options.robots)
+    rows, is_missed = [], False
+    with ProcessPoolExecutor(count_cores()) as pool:
+        for name, (_, _, _, goal) in CASES.items():
+            errors = list(pool.map(partial(measure_errors, name), seeds))
+            worst = [max(abs(each[index]) for each in errors) for index in (0, 1)]
+            is_missed |= max(worst) > goal
+            rows.append([name, f"{len(errors)}", *(f"{100 * each:.2f} %" for each in worst)])
+    print_table(["reference", "robots", "wheel radius, greatest error", "track, greatest error"], rows)
+    return int(is_missed)
+
+
+def measure_errors(case: str, seed: int) -> tuple[float, float]:
+    """Calibrate the robot of a seed; return the errors of its radius and its track, as shares of the true values."""
+    straight_by, turns_by, distance_m, _ = CASES[case]
+    draw = Random(seed)
+    radius, track = (value * draw.uniform(1 - SPREAD, 1 + SPREAD) for value in (0.0325, 0.155))
+    with TemporaryDirectory() as folder:
+        own, truth, room = (str(file) for file in _write_files(Path(folder), radius, track))
+        robot = CalibratedRobot.load(own, load_backend("virtualpi"), {"truth": truth})
+        world = room if Reference.WALL in (straight_by, turns_by) else WORLD
+        probing = InaccurateTape(robot, patient_run, NoPerson(), world)
+        probing.draw = Random(seed)
+        result = measure_drive(probing, straight_by, turns_by, distance_m, TURNS)
+    assert result.track
+    return result.radius.value / radius - 1, result.track.value / track - 1
+
+
+def _write_files(folder: Path, radius: float, track: float) -> Iterator[Path]:
+    text = read_shipped("rover").replace("width_m = 0.185", "width_m = 0.21")  # room for a wider track
+    for name, noise in (("own", 0.0), ("truth", 0.005)):
+        file = folder / f"{name}.toml"
+        file.write_text(text + IMU.format(noise=noise, bias=4 * noise), encoding="utf-8")
+        if noise:
+            editor = RobotEditor(str(file))
+            editor.set_drive(wheel_radius_m=radius, track_m=track)
+            editor.write()
+        yield file
+    (folder / "room.toml").write_text(ROOM, encoding="utf-8")
+    yield folder / "room.toml"
+
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -1,0 +1,135 @@
+from __future__ import annotations
+
+import io
+import math
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from robotcore.calibration.probe import TruthKeeper
+from robotcore.calibration.probing_robot import CalibratedRobot
+from robotcore.description import load_robot
+from robotcore.geometry import wrap_angle
+from tests.robotcore.cli.calibrate.robots import IMU, Changes, write_robot
+from tests.robotcore.cli.conftest import Cli
+from tests.texts import CheckText
+
+pytestmark = pytest.mark.slow
+
+OTHER_DRIVE: Changes = (("track_m = 0.155", "track_m = 0.149"), ("wheel_radius_m = 0.0325", "wheel_radius_m = 0.0338"))
+ROOM = """
+name = "room"
+[floor]
+length_m = 3.0
+width_m = 3.6
+[walls]
+height_m = 0.4
+[start]
+x_m = -0.4
+y_m = 0.6
+"""
+
+
+def calibrate(cli: Cli, robot: str, *more: str) -> Any:
+    return cli("calibrate", "drive", "--backend", "virtualpi", "--robot", robot, *more)
+
+
+def with_truth(truth: str) -> tuple[str, str]:
+    return "--option", f"truth={truth}"
+
+
+@pytest.mark.parametrize("by", ["tape", "imu", "wall"])
+def test_radius_and_track_are_corrected_to_the_truth(cli: Cli, tmp_path: Path, by: str) -> None:
+    room = tmp_path / "room.toml"
+    room.write_text(ROOM)
+    own, truth = write_robot(tmp_path, "own", more=IMU), write_robot(tmp_path, "truth", *OTHER_DRIVE, more=IMU)
+    walls = ("--world", str(room), "--straight-by", "wall", "--distance", "1") if by == "wall" else ()
+    answer = calibrate(cli, own, *with_truth(truth), "--turns-by", by, *walls, "--turns", "3", "--write")
+    assert answer.status == 0, answer.err
+    drive = load_robot(own).drive
+    assert drive
+    assert drive.wheel_radius_m == pytest.approx(0.0338, rel=0.002)
+    assert drive.track_m == pytest.approx(0.149, rel=0.006 if by == "wall" else 0.003)
+
+
+def test_the_effective_track_of_wheels_that_skid_is_their_factor(cli: Cli) -> None:
+    answer = calibrate(cli, "freenove-4wd", "--json")
+    assert [each["key"] for each in answer.json["corrections"]] == ["drive.wheel_radius_m", "drive.track_factor"]
+    assert not any(each["is_needed"] for each in answer.json["corrections"])
+
+
+def test_a_robot_that_steers_has_only_a_radius(cli: Cli, tmp_path: Path) -> None:
+    answer = calibrate(cli, "picar", "--plot", str(tmp_path / "drive.png"))
+    assert "Not measured: track_m, wheelbase_m, and the angles of the steering servo" in answer.out
+    assert (tmp_path / "drive.png").exists()
+
+
+def test_a_reference_that_the_robot_lacks_is_refused(cli: Cli, check_text: CheckText) -> None:
+    answer = calibrate(cli, "rover", "--turns-by", "imu")
+    assert answer.status == 2
+    check_text(answer.err)
+
+
+@pytest.fixture
+def real_robot(monkeypatch: pytest.MonkeyPatch) -> list[TruthKeeper]:
+    """Hide the ground truth from the calibration, and return the keepers that know it."""
+    keepers: list[TruthKeeper] = []
+    begin = TruthKeeper.begin
+
+    def hide(keeper: TruthKeeper, run: Any) -> None:
+        hidden = TruthKeeper()
+        begin(hidden, run)
+        keepers.append(hidden)
+
+    def forward(keeper: TruthKeeper, record: Any) -> None:
+        TICK(keepers[-1], record)
+
+    monkeypatch.setattr(TruthKeeper, "begin", hide)
+    monkeypatch.setattr(TruthKeeper, "tick", forward)
+    monkeypatch.setattr(CalibratedRobot, "is_simulated", False)
+    return keepers
+
+
+TICK = TruthKeeper.tick
+
+
+def test_a_person_measures_a_real_robot(
+    cli: Cli, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, real_robot: list[TruthKeeper]
+) -> None:
+    own, truth = write_robot(tmp_path, "own"), write_robot(tmp_path, "truth", *OTHER_DRIVE)
+
+    class Person(io.StringIO):
+        """Answers each question about the last motion. A question about a distance comes in two parts."""
+
+        def readline(self, *_arguments: Any) -> str:  # type: ignore[override]  # of IOBase, with bytes
+            prompt = prompts[-1]
+            if "Press Enter" in prompt:
+                return "\n"
+            keeper = real_robot[-1]
+            assert keeper.displacement
+            if "degrees" in prompt:
+                return f"{math.degrees(wrap_angle(keeper.turned)):.1f}\n"
+            return f"{abs(keeper.displacement[0]) if 'along' in prompt else keeper.displacement[1]:.3f}\n"
+
+    prompts: list[str] = []
+    monkeypatch.setattr("robotcore.cli.calibrate._session.click.echo", lambda text="", **_: prompts.append(str(text)))
+    monkeypatch.setattr("sys.stdin", Person())
+    answer = calibrate(cli, own, *with_truth(truth), "--turns-by", "tape", "--turns", "3", "--write")
+    assert answer.status == 0, answer.err
+    drive = load_robot(own).drive
+    assert drive
+    assert drive.wheel_radius_m == pytest.approx(0.0338, rel=0.002)
+    assert drive.track_m == pytest.approx(0.149, rel=0.003)
+    assert (
+        sum("the angle from the line" in each for each in prompts) == 3
+    )  # one turn first, so that the rest of many turns is clear
+
+
+def test_without_answers_a_real_robot_does_not_move(
+    cli: Cli, monkeypatch: pytest.MonkeyPatch, real_robot: list[TruthKeeper], check_text: CheckText
+) -> None:
+    monkeypatch.setattr("sys.stdin", io.StringIO(""))
+    answer = calibrate(cli, "rover")
+    assert (answer.status, real_robot) == (2, [])
+    check_text(answer.err)
