@@ -47,7 +47,7 @@ def read_answer(prompt: str, check: Callable[[], object] = lambda: None) -> str 
 
 
 def choose(prompt: str, choices: Mapping[str, str], check: Callable[[], object] = lambda: None) -> str | None:
-    """Return the key of a choice; None without a terminal, after Ctrl-D, and if the person does not know.
+    """Return the key of a choice; None without a terminal, after Ctrl-D, and if the person skips the question.
 
     choices: the meanings of the answers, by what the person types.
     check: see `read_answer`.

@@ -158,7 +158,7 @@ def _find_reasons(description: RobotDescription, *, is_simulated: bool, has_file
         return {part: "pictures of a board give only the intrinsics" for part in PARTS if part != INTRINSICS}
     reasons = {}
     if is_simulated:
-        reasons[INTRINSICS] = "nobody moves a board in a simulator. Give pictures with --pictures or --recording"
+        reasons[INTRINSICS] = "no person moves a board in a simulator. Give pictures with --pictures or --recording"
     drive = description.drive
     if drive is None:
         reasons[DELAY] = "the robot has no drive to turn with"

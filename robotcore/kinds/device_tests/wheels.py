@@ -37,7 +37,7 @@ class _Pulse:
     direction: int
     """1 if the wheel turned forward, -1 if backward, 0 if none turned or it is unknown."""
     is_seen: bool
-    """Whether the person, or the truth of a simulator, has told it."""
+    """Whether the person, or the truth of a simulator, has answered."""
     encoder: str | None
     """The encoder that turned; None if none did, or several."""
     encoder_direction: int

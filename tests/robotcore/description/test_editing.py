@@ -200,3 +200,14 @@ def test_a_measured_value_has_the_digits_that_its_uncertainty_allows(
     value: float, uncertainty: float, rounded: float
 ) -> None:
     assert round_measured(value, uncertainty) == rounded
+
+
+def test_a_table_is_replaced_and_equal_values_keep_their_format(file: Path) -> None:
+    editor = RobotEditor(str(file))
+    model = {"dead_band": 0.1, "forward_rad_s": 14.0, "backward_rad_s": 14.0}
+    editor.replace_section("raspberrypi", "left", {"driver": "phase-enable", "phase": 5, "model": model})
+    editor.write()
+    assert load_robot(str(file)).backends["raspberrypi"]["left"]["driver"] == "phase-enable"
+    text = file.read_text(encoding="utf-8")
+    assert "backward = 27" not in text
+    assert "model = {dead_band = 0.10," in text

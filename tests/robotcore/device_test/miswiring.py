@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import random
 from collections.abc import Callable
+from copy import deepcopy
 from typing import Any
 
 import tomlkit
@@ -57,8 +58,8 @@ Table = dict[str, Any]
 def build_true_robot() -> Table:
     """Return the content of the file of the true robot."""
     robot: Table = tomlkit.parse(read_shipped("rover")).unwrap()
-    robot["devices"] += DEVICES
-    robot[SECTION] |= TABLES
+    robot["devices"] += deepcopy(DEVICES)
+    robot[SECTION] |= deepcopy(TABLES)
     robot[SECTION]["nose"]["echo_free_cycles"] = 5  # two modules measure in turn
     return {key: value for key, value in robot.items() if key not in ("serial", "vrep")}
 

@@ -62,7 +62,7 @@ def record(
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize(("age_s", "stamp_error_s"), [(0.0, 0.0), (0.12, 0.0), (0.0, 0.12), (0.04, 0.05)])
+@pytest.mark.parametrize("age_s,stamp_error_s", [(0.0, 0.0), (0.12, 0.0), (0.0, 0.12), (0.04, 0.05)])
 def test_a_delay_is_the_age_of_the_stamp_and_its_error(age_s: float, stamp_error_s: float) -> None:
     fit = fit_delay(record(age_s=age_s, stamp_error_s=stamp_error_s), FOV, TICK_S)
     assert fit.latency_s == pytest.approx(age_s + stamp_error_s, abs=0.004)

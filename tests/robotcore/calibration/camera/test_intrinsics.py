@@ -100,7 +100,8 @@ def test_few_pictures_are_refused(raises: Raises) -> None:
 
 def test_a_board_of_another_size_is_named(raises: Raises) -> None:
     other = Board(8, 6, 0.025)
-    pictures = [*CAMERA.render_views(other, 4, random.Random(1))]
+    tilts = (np.array((0.1 * number, 0.2, 0.0)) for number in range(2))
+    pictures = [CAMERA.render(other, tilt, np.array((-0.09, -0.06, 0.35)), random.Random(1)) for tilt in tilts]
     selection, without = collect_views(pictures, BOARD)
     with raises(CalibrationError, "other-board", board="8x6"):
         require_board(selection, BOARD, without)

@@ -1,0 +1,124 @@
+"""``robotcore calibrate camera`` and ``robotcore calibrate range``: what they print, write and refuse."""
+
+from __future__ import annotations
+
+import random
+import re
+from pathlib import Path
+
+import cv2
+import numpy as np
+import pytest
+
+from robotcore.calibration.camera.board import Board
+from robotcore.description import load_robot, read_shipped
+from tests.robotcore.calibration.camera.rendered_boards import TrueCamera
+from tests.robotcore.cli.conftest import Cli
+from tests.texts import CheckText
+
+CAMERA = TrueCamera(320, 240, 290.0, (164.0, 117.0), (-0.2, 0.03, 0.001, -0.001, 0.0), noise=3.0)
+SIMULATED = ("--backend", "kinematic")
+
+
+def write(folder: Path, *changes: tuple[str, str], name: str = "own.toml") -> str:
+    text = read_shipped("rover")
+    for old, new in changes:
+        assert old in text
+        text = text.replace(old, new)
+    (folder / name).write_text(text)
+    return str(folder / name)
+
+
+FOV = "horizontal_fov_rad = 1.0821"
+CONE = "cone_rad = 0.5236  # 30 degrees\n"
+
+
+@pytest.mark.slow
+def test_a_simulated_camera_gets_its_true_noise_and_delay(tmp_path: Path, cli: Cli) -> None:
+    own = write(tmp_path)
+    true = write(tmp_path, (FOV, f"latency_s = 0.13\nnoise_levels = 3.0\n{FOV}"), name="true.toml")
+    arguments = ["calibrate", "camera", "--robot", own, "--backend", "virtualpi", "--option", f"truth={true}"]
+    answer = cli(*arguments, "--write", "--json", "--plot", str(tmp_path / "plot.png"))
+    assert answer.status == 0
+    parts = answer.json["parts"]
+    assert parts["delay"]["latency_s"] == pytest.approx(0.13, abs=0.01)
+    assert parts["noise"]["noise_levels"] == pytest.approx(3.0, abs=0.1)
+    assert parts["colour"]["hue"] == pytest.approx(129, abs=3)
+    assert list(answer.json["skipped"]) == ["intrinsics"]
+    assert load_robot(own).first_of("camera").latency_s == parts["delay"]["latency_s"]
+    assert (tmp_path / "plot.png").is_file()
+
+
+@pytest.mark.slow
+def test_pictures_of_a_board_give_the_intrinsics(tmp_path: Path, cli: Cli) -> None:
+    (folder := tmp_path / "pictures").mkdir()
+    for number, picture in enumerate(CAMERA.render_views(Board(9, 6), 18, random.Random(1))):
+        cv2.imwrite(str(folder / f"{number:02}.png"), picture)
+    own = write(tmp_path)
+    answer = cli("calibrate", "camera", "--robot", own, *SIMULATED, "--pictures", str(folder), "--write")
+    assert answer.status == 0
+    intrinsics = load_robot(own).first_of("camera").intrinsics
+    assert intrinsics.focal_length == pytest.approx(CAMERA.focal_length, rel=0.003)
+    assert intrinsics.distortion[0] == pytest.approx(-0.2, abs=0.02)
+    assert "+centre_px" in answer.out
+
+
+def test_pictures_without_a_board_are_a_failure_and_the_file_stays(
+    tmp_path: Path, cli: Cli, check_text: CheckText
+) -> None:
+    (folder := tmp_path / "pictures").mkdir()
+    cv2.imwrite(str(folder / "1.png"), np.full((60, 80), 128, np.uint8))
+    own = write(tmp_path)
+    before = Path(own).read_text()
+    answer = cli("calibrate", "camera", "--robot", own, *SIMULATED, "--pictures", str(folder), "--write")
+    assert answer.status == 1
+    assert Path(own).read_text() == before
+    check_text(answer.err)
+
+
+@pytest.mark.parametrize(
+    "arguments",
+    [
+        ["camera", "--robot", "rover", *SIMULATED, "--write"],
+        ["camera", "--robot", "rover", *SIMULATED, "--only", "intrinsics"],
+        ["camera", "--robot", "rover", *SIMULATED, "--camera", "eya"],
+        ["camera", "--robot", "rover", *SIMULATED, "--board", "9by6"],
+        ["camera", "--robot", "lookout", *SIMULATED, "--only", "delay"],
+        ["range", "--robot", "lookout", *SIMULATED],
+        ["range", "--robot", "rover", *SIMULATED, "--distances", "0.5,1"],
+        ["range", "--robot", "rover", *SIMULATED, "--distances", "0.5,-1"],
+        ["range", "--robot", "rover", "--backend", "raspberrypi"],
+        ["range", "--robot", "rover", *SIMULATED, "--sensor", "nos"],
+    ],
+)
+def test_what_cannot_be_measured_is_refused(
+    arguments: list[str], cli: Cli, check_text: CheckText, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("sys.stdin", None)
+    answer = cli("calibrate", *arguments)
+    assert answer.status == 2
+    check_text(answer.err)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("backend", ["kinematic", "virtualpi"])
+def test_a_range_sensor_gets_its_true_errors_and_then_agrees(backend: str, tmp_path: Path, cli: Cli) -> None:
+    errors = f"{CONE}noise_m = 0.006\nloss = 0.07\n"
+    true = write(tmp_path, (CONE, f"{errors}offset_m = 0.021\n"), name="true.toml")
+    own = write(tmp_path, (CONE, errors)) if backend == "virtualpi" else true
+    options = ["--option", f"truth={true}"] if backend == "virtualpi" else []
+    arguments = ["calibrate", "range", "--robot", own, "--backend", backend, *options, "--seconds", "2"]
+    answer = cli(*arguments, "--write", "--json", "--plot", str(tmp_path / "plot.png"))
+    assert answer.status == 0
+    assert answer.json["noise_m"] == pytest.approx(0.006, rel=0.2)
+    assert answer.json["loss"] == pytest.approx(0.07, abs=0.03)
+    assert load_robot(own).first_of("range_sensor").offset_m == pytest.approx(0.021, abs=0.002)
+    assert abs(cli(*arguments, "--json").json["offset_m"]) < 0.002
+
+
+@pytest.mark.slow
+def test_the_errors_of_a_range_sensor_are_shown(cli: Cli) -> None:
+    answer = cli("calibrate", "range", "--robot", "rover", *SIMULATED, "--seconds", "0.5")
+    assert answer.status == 0
+    assert re.search(r"nose: offset [+-]0\.\d+ m", answer.out)
+    assert "robotcore robots rover >" in answer.out

@@ -1,0 +1,138 @@
+"""``robotcore test-devices``: what it prints, writes and refuses, and how a person answers and stops it."""
+
+from __future__ import annotations
+
+import os
+import random
+from pathlib import Path
+
+import pytest
+import tomlkit
+
+from robotcore.description import read_shipped
+from tests.robotcore.cli.conftest import Cli
+from tests.robotcore.cli.terminal import Terminal, read_end, wait_for
+from tests.robotcore.cli.terminal import terminal as terminal  # noqa: PLC0414  a fixture
+from tests.robotcore.device_test.miswiring import MISTAKES, build_true_robot, draw_mistakes, find_differences
+from tests.texts import CheckText
+
+
+def write(folder: Path, text: str, name: str = "own.toml") -> str:
+    (folder / name).write_text(text)
+    return str(folder / name)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("number", range(3))
+def test_mistakes_are_found_and_written_until_the_robot_is_as_its_file(number: int, tmp_path: Path, cli: Cli) -> None:
+    true = write(tmp_path, tomlkit.dumps(build_true_robot()), "true.toml")
+    content, words = draw_mistakes(build_true_robot(), random.Random(f"robot {number}"))
+    own = write(tmp_path, tomlkit.dumps(content))
+    assert words
+    arguments = ("test-devices", "--robot", own, "--backend", "virtualpi", "--option", f"truth={true}")
+    assert cli(*arguments).status == 1
+    before = Path(own).read_text()
+    assert cli(*arguments, "--write").status == 0
+    assert Path(own).read_text() != before
+    assert find_differences(own, true) == []
+    again = cli(*arguments, "--json")
+    assert again.status == 0
+    assert again.json["diff"] == ""
+    assert not again.json["is_written"]
+
+
+def test_each_mistake_changes_the_file() -> None:
+    for word, change in MISTAKES.items():
+        robot = build_true_robot()
+        change(robot["raspberrypi"], random.Random(0))
+        assert robot != build_true_robot(), word
+
+
+@pytest.mark.slow
+def test_the_findings_and_the_diff_are_shown_and_nothing_is_written(
+    tmp_path: Path, cli: Cli, check_text: CheckText
+) -> None:
+    shipped = read_shipped("rover")
+    text = shipped.replace("forward = 17\nbackward = 27", "forward = 27\nbackward = 17")
+    own, true = write(tmp_path, text), write(tmp_path, shipped, "true.toml")
+    answer = cli("test-devices", "--robot", own, "--backend", "virtualpi", "--option", f"truth={true}")
+    assert answer.status == 1
+    check_text(answer.out)
+    assert Path(own).read_text() == text
+
+
+@pytest.mark.slow
+def test_answers_on_the_command_line_replace_those_of_the_truth(cli: Cli) -> None:
+    arguments = ["test-devices", "--robot", "rover", "--backend", "virtualpi", "--only", "left_motor", "--json"]
+    answer = cli(*arguments, "--answer", "left_motor.wheel=lb")
+    assert answer.status == 1
+    assert [finding["kind"] for finding in answer.json["findings"]] == ["motor-reversed", "encoder-reversed"]
+
+
+@pytest.mark.slow
+def test_devices_that_do_not_open_are_reported_and_the_others_are_tested(tmp_path: Path, cli: Cli) -> None:
+    shipped = read_shipped("rover")
+    true = write(tmp_path, shipped.replace("[raspberrypi.nose]", "[vrep.other]"), "true.toml")
+    own = write(tmp_path, shipped)
+    answer = cli("test-devices", "--robot", own, "--backend", "virtualpi", "--option", f"truth={true}", "--json")
+    kinds = {finding["subject"]: finding["kind"] for finding in answer.json["findings"]}
+    assert answer.status == 1
+    assert kinds["nose"] != "works"
+    assert kinds["left_motor"] == kinds["eye"] == "works"
+
+
+@pytest.mark.parametrize(
+    "arguments",
+    [
+        ["--robot", "rover", "--backend", "virtualpi", "--write"],
+        ["--robot", "rover", "--backend", "virtualpi", "--only", "lef_motor"],
+        ["--robot", "rover", "--backend", "virtualpi", "--answer", "lef_motor.wheel=lf"],
+        ["--robot", "rover", "--backend", "virtualpi", "--answer", "left_motor=lf"],
+        ["--robot", "rover", "--backend", "raspberrypi"],
+        ["--robot", "missing.toml", "--backend", "virtualpi"],
+    ],
+)
+def test_wrong_arguments_are_refused_before_a_device_is_opened(
+    arguments: list[str], cli: Cli, check_text: CheckText, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("sys.stdin", None)
+    answer = cli("test-devices", *arguments)
+    assert answer.status == 2
+    check_text(answer.err)
+
+
+def start(terminal: Terminal, *more: str) -> None:
+    arguments = ["--robot", "rover", "--backend", "virtualpi", "--only", "left_motor", *more]
+    terminal.run(*arguments, command="test-devices")
+    wait_for(lambda: b"Which wheel turned" in terminal.output)
+
+
+@pytest.mark.slow
+def test_a_person_answers_at_the_terminal(terminal: Terminal) -> None:
+    start(terminal)
+    terminal.type(b"what\n")
+    wait_for(lambda: b"is no answer" in terminal.output)
+    terminal.type(b"lb\n")
+    answer, ended = read_end(terminal)
+    assert [finding["kind"] for finding in answer["findings"]] == ["motor-reversed", "encoder-reversed"]
+    assert ended == "exited 1"
+    assert terminal.is_restored
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("key,kind,status", [(b" ", "emergency-stop", 4), (b"\x03", "interrupted", 130)])
+def test_the_space_bar_and_ctrl_c_end_a_question(key: bytes, kind: str, status: int, terminal: Terminal) -> None:
+    start(terminal)
+    terminal.type(key)
+    answer, ended = read_end(terminal)
+    assert answer["kind"] == kind
+    assert answer["exit_status"] == status
+    assert ended == f"exited {status if status == 4 else -2}"
+    assert terminal.is_restored
+
+
+@pytest.mark.skipif(os.geteuid() == 0, reason="root may write everything")
+def test_a_read_only_file_is_refused(tmp_path: Path, cli: Cli) -> None:
+    own = write(tmp_path, read_shipped("rover"))
+    Path(own).chmod(0o444)
+    assert cli("test-devices", "--robot", own, "--backend", "virtualpi", "--write").status == 2
