@@ -69,7 +69,7 @@ class RangeSensorDescription(SensorDescription):
 
     def configure(self, device: RangeSensor) -> None:
         super().configure(device)
-        device.echo_free_samples = self.echo_free_samples
+        device.echo_free_samples, device.noise = self.echo_free_samples, self.noise_m
 
     def looks_ahead(self, mount: Mount) -> bool:
         return mount.is_ahead
@@ -119,6 +119,8 @@ class RangeSensor(Sensor[Range]):
 
     A run sets it from the robot's description. It is greater than 1 for a sensor that loses echoes.
     """
+    noise: float = 0.0
+    """The standard deviation of the distances, in metres. A run sets it from the robot's description."""
 
     def __init__(self, name: str, *, min_range: float, max_range: float, cone: float) -> None:
         super().__init__(name)

@@ -172,7 +172,7 @@ class RangeIntegrator:
         self._last = reading
         is_forgotten = self._forget_contradicted(reading, sensor.cone, is_echo=distance <= sensor.max_range)
         common, cone = _intersect_cones(since or at, at, sensor.cone)
-        self._memory.grid.add_range(common, distance, sensor.max_range, cone)
+        self._memory.grid.add_range(common, distance, sensor.max_range, cone, sensor.noise)
         return is_forgotten
 
     def _undo_outlier(self, reading: RangeReading, cone: float) -> None:

@@ -32,6 +32,9 @@ SURELY_FREE = -3.0
 ECHO_TOLERANCE = 2.5
 """The cells that may belong to an echo lie within this distance, in cells, of the measured distance."""
 
+NOISE_SIGMAS = 2.0
+"""A reading shows nothing about cells that are nearer than the echo by less than this many standard deviations."""
+
 CLOSE_M = 0.6
 """A cell with an echo from a sensor nearer than this is certainly occupied.
 
@@ -159,20 +162,21 @@ class OccupancyGrid:
         west, east, south, north = self._xs[0], self._xs[-1], self._ys[0], self._ys[-1]
         return bool(min(x - west, east - x, y - south, north - y) > margin)
 
-    def add_range(self, sensor: Pose, distance: float, max_range: float, cone: float) -> None:
+    def add_range(self, sensor: Pose, distance: float, max_range: float, cone: float, noise: float = 0.0) -> None:
         """Update the map with a reading of the range sensor.
 
         sensor: the sensor's pose.
         distance: the measured distance in metres; ``inf`` without an echo, so that the whole cone is free.
         max_range: the sensor's range in metres.
         cone: the full opening angle of the cone in radians.
+        noise: the standard deviation of the distance in metres.
         """
         reach = min(distance, max_range)
         window = self._window(sensor.x, sensor.y, reach + self.cell)
         in_cone, radius = self._cone(window, sensor, cone)
         patch, nearest_echo = self.evidence[window], self.nearest_echo[window]
         self.updated_at[window][in_cone & (radius < reach + self.cell)] = self.travelled
-        patch[in_cone & (radius < reach - 0.5 * self.cell)] += FREE_EVIDENCE
+        patch[in_cone & (radius < reach - 0.5 * self.cell - NOISE_SIGMAS * noise)] += FREE_EVIDENCE
         if distance <= max_range:
             echo = self._echo(patch > 0, in_cone, radius - distance)
             patch[echo] += OCCUPIED_EVIDENCE

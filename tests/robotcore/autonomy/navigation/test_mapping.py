@@ -260,6 +260,14 @@ def test_only_what_all_missing_echoes_have_covered_becomes_free(rig: Rig, new_ma
     assert free == [False, True, False]
 
 
+def test_the_noise_of_the_sensor_counts(rig: Rig, new_map: NavigationMap) -> None:
+    rig.robot.range.noise = 0.1
+    new_map.observe(rig.robot, HERE)
+    ahead = rig.robot.range.mount.x
+    free = [new_map.grid.free[new_map.grid.cell_of(ahead + distance, 0.0)] for distance in (0.7, 0.85)]
+    assert free == [True, False]
+
+
 def test_samples_that_a_run_left_out_count_as_missing_echoes() -> None:
     missing = MissingEchoes()
     assert missing.find_start(Range(0.8, 1.0, 10), 3) == 1.0
