@@ -30,6 +30,9 @@ CONFIRM_S = 0.15
 PATIENCE_S = 0.5
 """A ball that no picture shows for this time is gone, if nothing hides it. Standing at it for this time is success."""
 
+REST_S, REST_M, REST_RAD = 0.15, 0.001, 0.005
+"""The robot is at rest if it has moved and turned by less than this in this time. Its wheels lag behind a stop."""
+
 
 @dataclass
 class GreenSearch(Behaviour):
@@ -100,7 +103,17 @@ class GreenSearch(Behaviour):
         if (yield from until(lambda: self._is_gone(robot), driving)) or not self._is_at_ball(robot):
             return False
         self.state = "arrived"
-        return not (yield from until(lambda: not self._is_at_ball(robot), wait(robot, PATIENCE_S)))
+        return not (yield from until(lambda: not self._is_at_ball(robot), self._stand(robot)))
+
+    def _stand(self, robot: Robot) -> Routine[None]:
+        """Stand for `PATIENCE_S`, and until the robot is at rest."""
+        yield from wait(robot, PATIENCE_S - REST_S)
+        is_at_rest = False
+        while not is_at_rest:
+            x, y, heading = robot.drive.pose
+            yield from wait(robot, REST_S)
+            pose = robot.drive.pose
+            is_at_rest = pose.distance_to(x, y) < REST_M and abs(pose.heading - heading) < REST_RAD
 
     def _build_target(self, robot: Robot) -> StopPoint:
         """Return the ball's position, with the distance from its centre at which the robot's axle must stop."""

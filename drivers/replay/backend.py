@@ -111,7 +111,9 @@ def _build_devices(setup: Setup, recording: Recording, clock: ReplayClock) -> It
         if isinstance(device, MotorDescription):
             yield ReplayMotor(device.name, device.max_velocity_rad_s)
         elif issubclass(kind, Sensor):
-            yield build_sensor(device, ReplayReader(*recorded))
+            sensor = build_sensor(device, ReplayReader(*recorded))
+            sensor.is_compensated = True
+            yield sensor
         else:
             actuator = build_actuator(device, ReplaySender(*recorded))
             vars(actuator)["stop"] = lambda: None  # stops are not recorded

@@ -168,6 +168,9 @@ class Sensor(Device, ABC, Generic[SampleT]):
     A run opens such a sensor even if its app does not use it. The app may read it too. Its samples may be old.
     """
 
+    is_compensated: bool = False
+    """Whether the samples lack the errors that the robot's file describes already, such as those of a recording."""
+
     def find_problem(self, sample: SampleT) -> str:
         """Return the problem of a sample and the remedy, such as for a low voltage; ``""`` if there is no problem.
 

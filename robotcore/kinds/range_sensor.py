@@ -25,6 +25,12 @@ from robotcore.raycast import FAN_SETBACK_M, Fan
 RAYS = 9
 """The number of rays that show the cone of a sensor."""
 
+LOST_IN_A_ROW = 1e-3
+"""The probability below which echoes in a row are not lost, so that nothing is in range."""
+
+MAX_ECHO_FREE_SAMPLES = 20
+"""The greatest `RangeSensorDescription.echo_free_samples`, also of a sensor that loses nearly all echoes."""
+
 
 class RangeSensorDescription(SensorDescription):
     """A sensor that measures the distance to the nearest body in a cone."""
@@ -50,6 +56,21 @@ class RangeSensorDescription(SensorDescription):
             problem = f"min_range_m, {self.min_range_m:g} m, is not below max_range_m, {self.max_range_m:g} m"
             raise Mistake(problem, "Correct one of them", kind="ranges-in-wrong-order")
         return self
+
+    @property
+    def echo_free_samples(self) -> int:
+        """The number of samples in a row without an echo that show that nothing is in range.
+
+        With the share ``loss`` of lost echoes, fewer samples in a row may all be lost. See `LOST_IN_A_ROW`.
+        """
+        if not self.loss:
+            return 1
+        row = math.log(LOST_IN_A_ROW) / math.log(self.loss) if self.loss < 1 else math.inf
+        return math.ceil(min(row, MAX_ECHO_FREE_SAMPLES))
+
+    def configure(self, device: RangeSensor) -> None:
+        super().configure(device)
+        device.echo_free_samples, device.noise = self.echo_free_samples, self.noise_m
 
     def looks_ahead(self, mount: Mount) -> bool:
         return mount.is_ahead
@@ -94,6 +115,13 @@ class RangeSensor(Sensor[Range]):
 
     kind = "range_sensor"
     has_rays = True
+    echo_free_samples: int = 1
+    """The number of samples in a row without an echo that show that nothing is in range.
+
+    A run sets it from the robot's description. It is greater than 1 for a sensor that loses echoes.
+    """
+    noise: float = 0.0
+    """The standard deviation of the distances, in metres. A run sets it from the robot's description."""
 
     def __init__(self, name: str, *, min_range: float, max_range: float, cone: float) -> None:
         super().__init__(name)

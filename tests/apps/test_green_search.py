@@ -10,9 +10,11 @@ import robotcore.description
 from apps.green_search import GreenSearch
 from robotcore import Outcome, RunRequest, Status, run
 from robotcore.errors import UsageError
+from robotcore.hal.device import Device
+from robotcore.kinds.encoder import Angle
 from robotcore.optics import Image
 from robotcore.runtime.settings import configure
-from tests.robotcore.fakes import UNHURRIED, Rig, picture
+from tests.robotcore.fakes import UNHURRIED, NullEncoder, Rig, picture
 from tests.texts import Raises
 
 WORLDS = Path(robotcore.description.__file__).parent / "worlds"
@@ -149,6 +151,27 @@ def play(app: GreenSearch, rig: Rig, seconds: float) -> list[str]:
 def test_succeeds_after_half_a_second_at_the_ball(app: GreenSearch, rig: Rig) -> None:
     assert play(app, rig, 5.0) == ["search", "seen", "approach", "arrived", "success"]
     assert 0.5 < rig.clock.now() < 1.5
+
+
+class RollingRig(Rig):
+    """A rover whose wheels turn slowly until 2 s, whatever their motors are commanded."""
+
+    @property
+    def devices(self) -> list[Device]:
+        return [*super().devices, *(RollingEncoder(self.clock, f"{side}_encoder") for side in ("left", "right"))]
+
+
+class RollingEncoder(NullEncoder):
+    def _newest(self) -> Angle:
+        self.angle = 0.4 * min(self._clock.now(), 2.0)
+        return super()._newest()
+
+
+def test_does_not_succeed_before_the_wheels_have_come_to_rest(app: GreenSearch) -> None:
+    rig = RollingRig(description=UNHURRIED)
+    rig.eye.image, rig.nose.distance = draw_ball(), 0.28
+    assert play(app, rig, 5.0)[-1] == "success"
+    assert 2.0 < rig.clock.now() < 2.5
 
 
 @pytest.mark.parametrize("distance", [0.17, 0.39, math.inf])

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from bisect import bisect_right
 from typing import Any, NamedTuple
 
@@ -12,7 +13,7 @@ from robotcore.autonomy.navigation.occupancy_grid import OccupancyGrid
 from robotcore.autonomy.navigation.planner import Traversability
 from robotcore.geometry import Pose, wrap_angle
 from robotcore.hal.robot import Robot
-from robotcore.kinds.range_sensor import RangeSensor
+from robotcore.kinds.range_sensor import Range, RangeSensor
 
 HISTORY_S = 2.0
 """The age at which a pose is deleted from the history, in s. The samples that an app reads are newer."""
@@ -154,12 +155,14 @@ class RangeIntegrator:
         self._pending: PendingOutlier | None = None
         self._contradictions = 0
 
-    def add(self, sensor: RangeSensor, distance: float, at: Pose) -> bool:
+    def add(self, sensor: RangeSensor, distance: float, at: Pose, since: Pose | None = None) -> bool:
         """Add a reading to the map, and return whether the old cells of the map became unknown.
 
         sensor: the sensor.
         distance: the measured distance in metres.
         at: the sensor's pose at the time of the reading, in the odometry's frame.
+        since: the sensor's pose at the first of the successive readings without an echo, if one alone may be lost. Only
+            the cells that are in the cone from this pose to ``at`` become free.
         """
         reading = RangeReading(min(distance, sensor.max_range), at)
         self._undo_outlier(reading, sensor.cone)
@@ -168,7 +171,8 @@ class RangeIntegrator:
             self._contradictions = 0
         self._last = reading
         is_forgotten = self._forget_contradicted(reading, sensor.cone, is_echo=distance <= sensor.max_range)
-        self._memory.grid.add_range(reading.sensor, distance, sensor.max_range, sensor.cone)
+        common, cone = _intersect_cones(since or at, at, sensor.cone)
+        self._memory.grid.add_range(common, distance, sensor.max_range, cone, sensor.noise)
         return is_forgotten
 
     def _undo_outlier(self, reading: RangeReading, cone: float) -> None:
@@ -187,6 +191,52 @@ class RangeIntegrator:
         self._memory.forget_old()
         grid.clear_echo(reading.sensor, reading.distance, cone)
         return True
+
+
+def _intersect_cones(first: Pose, last: Pose, cone: float) -> tuple[Pose, float]:
+    """Return the direction and the angle of the cone that a sensor covered all the time between two poses."""
+    middle = Pose(*((a + b) / 2 for a, b in zip(first, last, strict=True)))
+    return middle, max(0.0, cone - abs(wrap_angle(last.heading - first.heading)))
+
+
+class MissingEchoes:
+    """Finds the successive samples without an echo that show together that nothing is in range.
+
+    A run repeats an echo until as many samples without an echo have followed as the sensor needs. So the first of these
+    samples that an app reads is the last of several.
+
+    >>> missing = MissingEchoes()
+    >>> missing.find_start(Range(0.8, time=1.0, sequence=10), samples=3)
+    1.0
+    >>> round(missing.find_start(Range(math.inf, time=1.3, sequence=13), samples=3), 2)
+    1.1
+    """
+
+    def __init__(self) -> None:
+        self._last: Range | None = None
+        self._count = 0
+        self._start: float | None = None
+
+    def find_start(self, reading: Range, samples: int) -> float | None:
+        """Return the time of the first sample that shows the same as this one, in seconds.
+
+        That is the time of the reading itself, if it has an echo, or if the sensor loses none. Return None if too few
+        samples without an echo have followed each other.
+
+        samples: the number of samples in a row without an echo that show that nothing is in range.
+        """
+        last, self._last = self._last, reading
+        if last and last.sequence == reading.sequence:
+            return self._start
+        if samples == 1 or not math.isinf(reading.distance):
+            self._count, self._start = 0, reading.time
+            return self._start
+        is_first = last is not None and not math.isinf(last.distance)
+        passed = min(reading.sequence - last.sequence, samples) if last and is_first else 1
+        self._count += passed
+        period = (reading.time - last.time) / passed if last else 0.0
+        self._start = reading.time - (samples - 1) * period if self._count >= samples else None
+        return self._start
 
 
 MIN_CHANGE = 0.01
@@ -211,6 +261,7 @@ class NavigationMap:
         self._memory = MapMemory(self.grid, self.coverage)
         self._integrator = RangeIntegrator(self._memory)
         self._past, self._sensor_mounts, self._camera_mounts = PoseHistory(), PoseHistory(), PoseHistory()
+        self._missing_echoes = MissingEchoes()
         self._last_reading: tuple[float, ...] | None = None
         self._last_view: tuple[float, ...] | None = None
 
@@ -237,12 +288,14 @@ class NavigationMap:
         viewed_at, camera_mount = self._past.at(viewed_s), self._camera_mounts.at(viewed_s)
         new_reading = (*read_at, *sensor_mount, reading.distance)
         new_view = (*pose, *viewed_at, *camera_mount)
-        is_new_reading = _differs(new_reading, self._last_reading)
+        since = self._missing_echoes.find_start(reading, sensor.echo_free_samples)
+        is_new_reading = since is not None and _differs(new_reading, self._last_reading)
         is_new_view = _differs(new_view, self._last_view)
         is_forgotten = False
-        if is_new_reading:
+        if since is not None and is_new_reading:
             self._last_reading = new_reading
-            is_forgotten = self._integrator.add(sensor, reading.distance, read_at.compose(sensor_mount))
+            begun_at = self._past.at(since).compose(self._sensor_mounts.at(since))
+            is_forgotten = self._integrator.add(sensor, reading.distance, read_at.compose(sensor_mount), begun_at)
         if is_new_reading or is_new_view:
             self._last_view = new_view
             self.grid.add_free_disc(pose.x, pose.y, robot.drive.reach, robot.drive.inner_reach)

@@ -32,6 +32,9 @@ SURELY_FREE = -3.0
 ECHO_TOLERANCE = 2.5
 """The cells that may belong to an echo lie within this distance, in cells, of the measured distance."""
 
+NOISE_SIGMAS = 2.0
+"""A reading shows nothing about cells that are nearer than the echo by less than this many standard deviations."""
+
 CLOSE_M = 0.6
 """A cell with an echo from a sensor nearer than this is certainly occupied.
 
@@ -176,13 +179,14 @@ class OccupancyGrid:
         """Return whether a point lies at least ``margin`` metres inside the map."""
         return min(x - self._west, self._east - x, y - self._south, self._north - y) > margin
 
-    def add_range(self, sensor: Pose, distance: float, max_range: float, cone: float) -> None:
+    def add_range(self, sensor: Pose, distance: float, max_range: float, cone: float, noise: float = 0.0) -> None:
         """Update the map with a reading of the range sensor.
 
         sensor: the sensor's pose.
         distance: the measured distance in metres; ``inf`` without an echo, so that the whole cone is free.
         max_range: the sensor's range in metres.
         cone: the full opening angle of the cone in radians.
+        noise: the standard deviation of the distance in metres.
         """
         reach = min(distance, max_range)
         cells, radius = self._find_cone(sensor, reach + self.cell, cone)
@@ -190,7 +194,7 @@ class OccupancyGrid:
         is_updated = radius < reach + self.cell
         self.updated_at[rows[is_updated], columns[is_updated]] = self.travelled
         evidence = self.evidence[cells]
-        evidence[radius < reach - 0.5 * self.cell] += FREE_EVIDENCE
+        evidence[radius < reach - 0.5 * self.cell - NOISE_SIGMAS * noise] += FREE_EVIDENCE
         if distance <= max_range:
             is_echo = self._mask_echo(evidence > 0, radius - distance)
             evidence[is_echo] += OCCUPIED_EVIDENCE

@@ -18,7 +18,9 @@ from robotcore.errors import UsageError
 from robotcore.hal.backend import Setup, load_backend
 from robotcore.hal.robot import Robot
 from robotcore.kinds.motor import MotorDescription
+from robotcore.kinds.range_sensor import RangeSensorDescription
 from robotcore.runtime.plan import Plan
+from robotcore.testing import MockRobot
 from tests.robotcore.description.files import ROVER, find_errors
 from tests.texts import Raises
 
@@ -118,6 +120,21 @@ def test_a_range_sensor_has_its_offset_noise_and_lost_echoes(backend: str) -> No
     assert 0.012 < np.std(measure(noise_m=0.015)) < 0.018
     lost = sum(map(math.isinf, measure(loss=0.3)))
     assert 40 < lost < 80
+
+
+@pytest.mark.parametrize("loss, samples", [(0.0, 1), (0.0005, 1), (0.02, 2), (0.1, 3), (0.2, 5), (0.9, 20), (1.0, 20)])
+def test_the_more_echoes_a_sensor_loses_the_more_samples_show_that_nothing_is_in_range(
+    loss: float, samples: int
+) -> None:
+    (nose,) = describe(nose={"loss": loss}).all_of(RangeSensorDescription)
+    assert nose.echo_free_samples == samples
+
+
+def test_an_app_reads_the_noise_and_the_loss_from_the_sensor() -> None:
+    robot = MockRobot(describe(nose={"noise_m": 0.02, "loss": 0.05}), range=1.0).layered
+    assert (robot.range.noise, robot.range.echo_free_samples) == (0.02, 3)
+    perfect = MockRobot(range=1.0).layered
+    assert (perfect.range.noise, perfect.range.echo_free_samples) == (0.0, 1)
 
 
 def test_equal_seeds_have_equal_errors_and_others_do_not() -> None:

@@ -9,6 +9,7 @@ from robotcore.autonomy.navigation.mapping import (
     DRIFT_LIMIT,
     HISTORY_S,
     MapMemory,
+    MissingEchoes,
     NavigationMap,
     PoseHistory,
     RangeIntegrator,
@@ -17,6 +18,7 @@ from robotcore.autonomy.navigation.next_best_view import Coverage
 from robotcore.geometry import Pose
 from robotcore.hal.clock import SteppedClock
 from robotcore.kinds.camera import Frame
+from robotcore.kinds.range_sensor import Range
 from tests.robotcore.autonomy.navigation.map_drawing import HERE, REACH
 from tests.robotcore.fakes import NullRange, Rig, picture
 
@@ -233,3 +235,55 @@ def test_late_picture_is_used_with_the_pose_at_its_time(rig: Rig, new_map: Navig
     rig.sleep(0.1)
     new_map.observe(rig.robot, behind)
     assert new_map.coverage.seen[new_map.grid.cell_of(*behind.to_world(0.6, 0.0))]
+
+
+def test_a_missing_echo_that_may_be_lost_is_no_evidence(rig: Rig, new_map: NavigationMap) -> None:
+    rig.robot.range.echo_free_samples = 3
+    new_map.observe(rig.robot, HERE)
+    once = new_map.grid.evidence.copy()
+    rig.nose.distance = math.inf
+    for _ in range(2):
+        rig.sleep(0.05)
+        new_map.observe(rig.robot, HERE)
+    assert (new_map.grid.evidence == once).all()
+    rig.sleep(0.05)
+    new_map.observe(rig.robot, HERE)
+    assert new_map.grid.free[new_map.grid.cell_of(1.5, 0.0)]
+
+
+def test_only_what_all_missing_echoes_have_covered_becomes_free(rig: Rig, new_map: NavigationMap) -> None:
+    rig.robot.range.echo_free_samples, rig.nose.distance = 3, math.inf
+    for heading in (0.0, 0.1, 0.2):
+        new_map.observe(rig.robot, Pose(0.0, 0.0, heading))
+        rig.sleep(0.05)
+    free = [new_map.grid.free[new_map.grid.cell_of(1.5 * math.cos(at), 1.5 * math.sin(at))] for at in (-0.1, 0.1, 0.3)]
+    assert free == [False, True, False]
+
+
+def test_the_noise_of_the_sensor_counts(rig: Rig, new_map: NavigationMap) -> None:
+    rig.robot.range.noise = 0.1
+    new_map.observe(rig.robot, HERE)
+    ahead = rig.robot.range.mount.x
+    free = [new_map.grid.free[new_map.grid.cell_of(ahead + distance, 0.0)] for distance in (0.7, 0.85)]
+    assert free == [True, False]
+
+
+def test_samples_that_a_run_left_out_count_as_missing_echoes() -> None:
+    missing = MissingEchoes()
+    assert missing.find_start(Range(0.8, 1.0, 10), 3) == 1.0
+    assert missing.find_start(Range(math.inf, 1.3, 13), 3) == pytest.approx(1.1)
+    assert missing.find_start(Range(math.inf, 1.4, 14), 3) == pytest.approx(1.2)
+
+
+def test_samples_between_two_ticks_do_not_count_as_missing_echoes() -> None:
+    missing = MissingEchoes()
+    missing.find_start(Range(0.8, 1.0, 10), 3)
+    assert missing.find_start(Range(math.inf, 1.15, 25), 3) == pytest.approx(1.05)
+    assert missing.find_start(Range(math.inf, 1.2, 30), 3) == pytest.approx(1.1)
+
+
+def test_the_first_samples_of_a_run_do_not_show_that_nothing_is_in_range() -> None:
+    missing = MissingEchoes()
+    readings = [Range(math.inf, at / 10, at) for at in (0, 1, 1, 2, 3)]
+    starts = [missing.find_start(reading, 3) for reading in readings]
+    assert starts == [None, None, None, pytest.approx(0.0), pytest.approx(0.1)]

@@ -95,6 +95,15 @@ class TestRange:
         grid.add_range(ORIGIN, math.inf, 1.5, CONE)
         assert is_free(grid, 1.0, 0.0)
 
+    @pytest.mark.parametrize("noise, has_wall", [(0.0, False), (0.03, True)])
+    def test_an_echo_frees_no_cells_that_may_have_caused_it(
+        self, grid: OccupancyGrid, noise: float, has_wall: bool
+    ) -> None:
+        grid.add_range(ORIGIN, 1.0, 2.0, CONE, noise)
+        grid.add_range(ORIGIN, 1.07, 2.0, CONE, noise)
+        assert is_taken(grid, 1.0, 0.0) is has_wall
+        assert is_free(grid, 0.9, 0.0)
+
     def test_map_follows_a_world_that_changes(self, grid: OccupancyGrid) -> None:
         for _ in range(1000):
             grid.add_range(ORIGIN, math.inf, 1.5, CONE)

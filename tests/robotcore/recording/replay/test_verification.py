@@ -20,6 +20,7 @@ from robotcore.runtime.behaviour import Behaviour
 from robotcore.runtime.result import Outcome, RunResult
 from robotcore.runtime.trace import TickRecord, Trace
 from robotcore.safety.velocity_limits import Intervention
+from tests.robotcore.description.files import ROVER
 from tests.robotcore.recording.replay.memory import (
     Disturbance,
     change_tick,
@@ -46,6 +47,12 @@ def require_equal(recording: Recording) -> None:
     assert replayed.exit_status == 0
     if not replayed.ended_by:
         assert replayed.result.outcome is result.outcome
+
+
+def test_compensated_samples_are_replayed_bit_equal(tmp_path: Path) -> None:
+    file = tmp_path / "worn.toml"
+    file.write_text(ROVER.replace('name = "nose"', 'name = "nose"\noffset_m = 0.05\nloss = 0.2'))
+    require_equal(record_run("avoid-obstacles", robot=str(file), seed=3, timeout_s=6.0))
 
 
 def get_result(recording: Recording) -> RunResult:

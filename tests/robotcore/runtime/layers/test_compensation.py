@@ -13,6 +13,7 @@ from robotcore.kinds.motor import MotorDescription
 from robotcore.kinds.range_sensor import Range
 from robotcore.runtime.layers.base import MotorOutput
 from robotcore.runtime.layers.compensation import CompensationLayer
+from robotcore.testing import MockRobot
 from tests.robotcore.description.files import ROVER
 from tests.robotcore.fakes import NullRange
 
@@ -67,6 +68,68 @@ def test_the_offset_of_a_range_sensor_is_subtracted() -> None:
     readings = iter((1.03, 0.03, math.inf))
     read = layer.sensor(nose, lambda: Range(next(readings), 0.0, 0))
     assert [read().distance for _ in range(3)] == pytest.approx([1.0, nose.min_range, math.inf])
+
+
+def read_each(*distances: float, loss: float = 0.05, period: float = 0.06, **changes: float) -> list[float]:
+    """Return the distances that an app reads from a sensor that loses echoes, for these measurements."""
+    layer = CompensationLayer(describe(nose={"loss": loss, **changes}))
+    samples = iter([Range(distance, period * index, index) for index, distance in enumerate(distances)])
+    read = layer.sensor(NullRange(SteppedClock(20, lambda steps: None)), lambda: next(samples))
+    return [read().distance for _ in distances]
+
+
+def test_lost_echoes_make_no_sample() -> None:
+    assert read_each(0.5, math.inf, 0.4, math.inf, math.inf, 0.3) == [0.5, 0.5, 0.4, 0.4, 0.4, 0.3]
+
+
+def test_a_repeated_echo_is_the_sample_of_its_measurement() -> None:
+    layer = CompensationLayer(describe(nose={"loss": 0.05}))
+    samples = iter([Range(0.5, 0.0, 7), Range(math.inf, 0.06, 8)])
+    read = layer.sensor(NullRange(SteppedClock(20, lambda steps: None)), lambda: next(samples))
+    assert read() is read()
+
+
+@pytest.mark.parametrize("loss, repeats", [(0.02, 1), (0.05, 2), (0.2, 4)])
+def test_more_missing_echoes_than_are_lost_in_a_row_show_that_nothing_is_in_range(loss: float, repeats: int) -> None:
+    assert read_each(0.5, *[math.inf] * 6, loss=loss) == [0.5] * (1 + repeats) + [math.inf] * (6 - repeats)
+
+
+def test_a_measurement_that_is_read_twice_counts_once() -> None:
+    layer = CompensationLayer(describe(nose={"loss": 0.02}))
+    samples = iter([Range(0.5, 0.0, 0), *[Range(math.inf, 0.06, 1)] * 2, Range(math.inf, 0.12, 2)])
+    read = layer.sensor(NullRange(SteppedClock(20, lambda steps: None)), lambda: next(samples))
+    assert [read().distance for _ in range(4)] == [0.5, 0.5, 0.5, math.inf]
+
+
+def test_a_sensor_that_has_received_no_echo_returns_its_samples() -> None:
+    assert read_each(math.inf, math.inf, 0.5) == [math.inf, math.inf, 0.5]
+
+
+def test_an_echo_is_not_repeated_until_it_is_too_old() -> None:
+    assert read_each(0.5, *[math.inf] * 4, loss=0.3, period=0.2)[1:] == [0.5, 0.5, math.inf, math.inf]
+    assert read_each(0.5, *[math.inf] * 4, loss=0.3, period=0.2, latency_s=0.2)[1:] == [0.5, *[math.inf] * 3]
+
+
+def test_samples_of_a_recording_are_compensated_already() -> None:
+    nose = NullRange(SteppedClock(20, lambda steps: None))
+    nose.is_compensated = True
+    assert CompensationLayer(describe(nose={"loss": 0.05, "offset_m": 0.1})).sensor(nose, nose.read) == nose.read
+
+
+class Creep(Behaviour):
+    """Drives straight ahead, slowly."""
+
+    needs = frozenset({Role.DRIVE, Role.RANGE})
+
+    def step(self, robot: Robot) -> Status:
+        robot.drive.set_velocity(0.05, 0.0)
+        return Status.RUNNING
+
+
+def test_the_range_guard_holds_a_robot_whose_sensor_has_lost_the_echo_of_an_obstacle() -> None:
+    robot = MockRobot(describe(nose={"loss": 0.05}), range=[1.0, 0.09, math.inf, math.inf, math.inf])
+    robot.run(Creep(), ticks=5)
+    assert [wheels.left > 0 for wheels in robot.wheels] == [True, False, False, False, True]
 
 
 class Straight(Behaviour):
