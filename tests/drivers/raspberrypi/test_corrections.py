@@ -17,10 +17,11 @@ from drivers.raspberrypi.servos import PinServoDriver
 from drivers.serial.boards.hoverboard.drivers import HoverboardEncoder
 from robotcore.hal import device_tester as mistakes
 from robotcore.hardware import DeviceDriver
+from robotcore.hardware.motor_model import MotorModel
 
-MODEL = {"forward_rad_s": 14.0, "backward_rad_s": 14.0}
+MODEL = MotorModel(forward_rad_s=14.0, backward_rad_s=14.0)
 H_BRIDGE = HBridge(forward=17, backward=27, model=MODEL)
-BOARD = HBridgeChannelDriver(board="adafruit-motor-hat", motor="M1", model=MODEL)
+BOARD = HBridgeChannelDriver.model_validate({"board": "adafruit-motor-hat", "motor": "M1", "model": MODEL})
 PHASE = PhaseChannelDriver(pwm=4, phase=17, model=MODEL)
 SERVO = PinServoDriver(gpio=18)
 LAMP = RgbLedDriver(red=12, green=13, blue=19)

@@ -19,7 +19,7 @@ EYE = load_robot("rover").all_of("camera")[0]
 GYRO = ImuDescription(kind="imu", name="gyro")
 
 
-def see(**settings: bool) -> np.ndarray:
+def see(**settings: Any) -> np.ndarray:
     """Return the picture of a camera that is mounted upright, and whose file has other settings."""
     image = np.arange(EYE.height_px * EYE.width_px * 3, dtype=np.uint32).astype(np.uint8)
     image = image.reshape(EYE.height_px, EYE.width_px, 3)
