@@ -79,7 +79,7 @@ def _flip_length(content: bytearray, first: int, end: int) -> None:
 @pytest.mark.parametrize(
     "spoil",
     [
-        lambda content, first, end: _flip_byte(content, (first + end) // 2),
+        lambda content, first, end: [_flip_byte(content, (first + end) // 2 + number) for number in range(8)],
         _flip_length,
         lambda content, first, end: content.__delitem__(slice(first, end)),
     ],
