@@ -87,6 +87,7 @@ def test_value_shows_itself_as_the_page_says(row: list[str]) -> None:
 FOR_DRIVERS = {
     "close",
     "kind",
+    "is_compensated",
     "is_monitored",
     "find_problem",
     "format_sample",

@@ -29,6 +29,7 @@ FOR_THE_NAVIGATOR = {
     "clear_echo",
     "contradicts_echo",
     "evidence",
+    "find_window",
     "forget",
     "nearest_echo",
     "travelled",
