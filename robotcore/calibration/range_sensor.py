@@ -64,6 +64,11 @@ class Stop:
     """The true distance from the sensor to the wall, in metres."""
     readings: list[Range] = field(default_factory=list)
     """The samples without repetitions, in their order."""
+    is_held: bool = False
+    """Whether a run repeats the last echo in place of a lost one, because the robot's file describes lost echoes.
+
+    Then each missing sequence number is a lost echo. So the sensor must not be faster than the ticks.
+    """
 
     def add(self, reading: Range) -> None:
         """Add the newest sample. One that was added before is ignored."""
@@ -205,7 +210,7 @@ def _evaluate(stop: Stop, period: float) -> StopResult:
     missing = 0
     for first, second in pairwise(stop.readings):
         cycles = round((second.time - first.time) / period) if period else 0
-        missing += max(cycles - (second.sequence - first.sequence), 0)
+        missing += max(cycles - (1 if stop.is_held else second.sequence - first.sequence), 0)
     lost = missing + len(distances) - len(echoes)
     if len(echoes) < MIN_ECHOES:
         return StopResult(stop.distance_m, math.nan, math.nan, len(echoes), lost)
@@ -228,7 +233,7 @@ def listen(robot: Robot, sensor: RangeSensor, distance_m: float, seconds: float)
 
     distance_m: the true distance to the wall, in metres.
     """
-    stop, end = Stop(distance_m), robot.clock.now() + seconds
+    stop, end = Stop(distance_m, is_held=sensor.echo_free_samples > 1), robot.clock.now() + seconds
     while robot.clock.now() < end:
         stop.add(sensor.read())
         yield

@@ -71,6 +71,12 @@ def _flip_byte(content: bytearray, at: int) -> None:
     content[at] ^= 1
 
 
+def _flip_bytes(content: bytearray, at: int) -> None:
+    """Change eight bytes, because a single bit may be padding of the compression."""
+    for number in range(8):
+        _flip_byte(content, at + number)
+
+
 def _flip_length(content: bytearray, first: int, end: int) -> None:
     """Change the length of a chunk's record, which ends 40 bytes before the packed data of a chunk by zstd."""
     _flip_byte(content, content.rindex(b"\x06", 0, first - 40) + 7)
@@ -79,7 +85,7 @@ def _flip_length(content: bytearray, first: int, end: int) -> None:
 @pytest.mark.parametrize(
     "spoil",
     [
-        lambda content, first, end: [_flip_byte(content, (first + end) // 2 + number) for number in range(8)],
+        lambda content, first, end: _flip_bytes(content, (first + end) // 2),
         _flip_length,
         lambda content, first, end: content.__delitem__(slice(first, end)),
     ],
