@@ -79,7 +79,7 @@ def world_names() -> list[str]:
     """Return the names of the shipped worlds.
 
     >>> world_names()
-    ['arena', 'clutter', 'occluded', 'open', 'track']
+    ['arena', 'bench', 'clutter', 'occluded', 'open', 'track']
     """
     return _list_shipped("world")
 
