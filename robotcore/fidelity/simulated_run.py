@@ -116,12 +116,9 @@ def _simulate(backend: Backend, replay: Replay) -> RunData:
 
 def _extend_reach(device: DeviceDescription, conversion: MotorConversion | None) -> DeviceDescription:
     """Return a device. A motor reaches the velocities of its conversion, and responds to commands as before."""
-    if conversion is None or not isinstance(device, MotorDescription) or conversion.reach <= device.max_velocity_rad_s:
+    if conversion is None or not isinstance(device, MotorDescription):
         return device
-    band, before, reach = device.dead_band_rad_s, device.max_velocity_rad_s, conversion.reach
-    scale = before / (before - band) * (reach - band) / reach
-    gains = {"forward_gain": device.forward_gain * scale, "backward_gain": device.backward_gain * scale}
-    return device.model_copy(update={"max_velocity_rad_s": reach, **gains})
+    return device.extend_reach(conversion.reach)
 
 
 class _BlendedMotor:

@@ -87,6 +87,18 @@ class MotorDescription(DeviceDescription):
         above = abs(rad_s) / self._select_gain(rad_s) * self._linear_share
         return math.copysign(self.dead_band_rad_s + above, rad_s)
 
+    def extend_reach(self, max_velocity_rad_s: float) -> MotorDescription:
+        """Return the description of a motor that responds in the same way, but also to greater commands.
+
+        max_velocity_rad_s: the greatest velocity of the motor, in rad/s. A smaller one than now changes nothing.
+        """
+        if max_velocity_rad_s <= self.max_velocity_rad_s:
+            return self
+        wider = self.model_copy(update={"max_velocity_rad_s": max_velocity_rad_s})
+        scale = wider._linear_share / self._linear_share  # noqa: SLF001  its own kind
+        gains = {"forward_gain": self.forward_gain * scale, "backward_gain": self.backward_gain * scale}
+        return wider.model_copy(update=gains)
+
     @property
     def is_exact(self) -> bool:
         """Whether the wheel turns at the commanded velocity, apart from the lag."""

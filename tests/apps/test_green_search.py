@@ -154,7 +154,7 @@ def test_succeeds_after_half_a_second_at_the_ball(app: GreenSearch, rig: Rig) ->
 
 
 class RollingRig(Rig):
-    """A rover whose wheels turn slowly until 2 s, whatever their motors are commanded."""
+    """A rover whose wheels turn slowly until 2 s, and ignore the commands."""
 
     @property
     def devices(self) -> list[Device]:

@@ -401,8 +401,7 @@ def describe_hardware(binding: DeviceBinding) -> DeviceDescription:
     """
     match binding.driver, binding.description:
         case (MotorDriver() | ChannelMotorDriver()) as driver, MotorDescription() as description:
-            fastest = max(description.max_velocity_rad_s, driver.model.forward_rad_s, driver.model.backward_rad_s)
-            return description.model_copy(update={"max_velocity_rad_s": fastest})
+            return description.extend_reach(max(driver.model.forward_rad_s, driver.model.backward_rad_s))
         case EncoderDriver() as driver, EncoderDescription() as description:
             return description.model_copy(update={"counts_per_turn": driver.edges_per_turn(description)})
         case Ultrasonic(), description:

@@ -135,9 +135,6 @@ class BoardWatch:
         return f"focal length known to {fit.deviations[0] / fit.focal_length_px:.2%}"
 
 
-Watch = Callable[[BoardWatch], None]
-
-
 def record_turn(robot: Robot, camera: Camera, rate_hz: float) -> Routine[TurnRecord]:
     """Turn to and fro on the spot, and return the pictures and the headings.
 
@@ -174,5 +171,5 @@ def _find_heading_sensor(robot: Robot) -> Callable[[], Heading]:
             return Heading(sample.time, angle)
 
         return read_imu
-    encoder = robot.all(Encoder)[0]
-    return lambda: Heading(encoder.read().time, robot.drive.pose.heading)
+    # The odometry adds the commands since the samples of the encoders, so its heading is that of now.
+    return lambda: Heading(robot.clock.now(), robot.drive.pose.heading)

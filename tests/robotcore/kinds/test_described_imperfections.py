@@ -66,6 +66,24 @@ def test_a_motor_has_its_dead_band_and_its_gains(backend: str, command: float, e
         assert drive(bare, command) == pytest.approx(expected, abs=0.06)
 
 
+def test_a_motor_of_the_virtual_pi_has_the_dead_band_of_its_description() -> None:
+    change = {"dead_band_rad_s": 2.0}
+    robot = describe(left_motor=change, right_motor=change)
+    with opened("virtualpi", robot, "left_motor", "right_motor", "left_encoder") as bare:
+        assert drive(bare, 6.0) == pytest.approx(12 * 4 / 10, abs=0.1)
+
+
+def test_a_motor_with_a_longer_reach_responds_as_before() -> None:
+    motor = MotorDescription(
+        kind="motor", name="wheel", max_velocity_rad_s=10.0, dead_band_rad_s=2.0, forward_gain=0.9, backward_gain=1.1
+    )
+    longer = motor.extend_reach(14.0)
+    assert longer.max_velocity_rad_s == 14.0
+    for command in (1.0, 5.0, -7.0, 10.0):
+        assert longer.respond(command) == pytest.approx(motor.respond(command))
+    assert motor.extend_reach(8.0) is motor
+
+
 @simulators
 def test_a_picture_and_a_distance_are_late(backend: str) -> None:
     late = {"latency_s": 0.15}

@@ -143,7 +143,7 @@ def test_failure_of_an_encoder_ends_a_run_with_polls_as_without(unstepped: Unste
 def test_pose_is_exact_over_a_pause_of_a_live_robot(unstepped: UnsteppedBackend) -> None:
     with robotcore.open("rover", "unstepped", rate_hz=10) as robot:
         robot.wait(0.5)
-        unstepped.clock.sleep_until(0.9)  # somebody turns the wheels at the prompt
+        unstepped.clock.sleep_until(0.9)  # a person turns the wheels at the prompt
         assert robot.drive.pose.heading == pytest.approx(unstepped.integrate_pose(0.9).heading, abs=1e-6)
         robot.wait(0.1)
         end = robot.clock.now()

@@ -116,3 +116,11 @@ def test_the_delay_of_a_simulated_camera_is_its_latency() -> None:
     late.stamps = [stamp + 0.1 for stamp in made.stamps]
     late.pictures = [TimedPicture(picture.grey, picture.stamp + 0.1) for picture in made.pictures]
     assert fit_delay(late, 1.0821, TICK_S).latency_s == pytest.approx(0.1, abs=0.005)
+
+
+@pytest.mark.slow
+def test_late_encoders_do_not_delay_the_camera() -> None:
+    faults = "encoders delay=0.06"
+    with robotcore.open("rover", world="bench", rate_hz=50.0, needs={Role.DRIVE, Role.CAMERA}, faults=faults) as robot:
+        made = robot.run(record_turn(robot, robot.camera, 50.0))
+    assert fit_delay(made, 1.0821, TICK_S).latency_s == pytest.approx(0.0, abs=0.01)
