@@ -111,12 +111,13 @@ class LiveDeviceTester(DeviceTester):
 
     def correct(
         self, device: str, message: str, mistake: str, observed: Any = None, *, remedy: str, kind: str = ""
-    ) -> None:
+    ) -> bool:
         settings = self._corrections.correct(device, mistake, observed)
         if settings is None:
             self.fail(device, message, remedy, kind or mistake)
-        else:
-            self.add(Finding.error(device, message, f"The changes set {_list(settings)}", kind=kind or mistake))
+            return False
+        self.add(Finding.error(device, message, f"The changes set {_list(settings)}", kind=kind or mistake))
+        return True
 
     def reconnect(self, sources: Mapping[str, str], message: str, *, remedy: str, kind: str) -> None:
         names = " and ".join(sorted(sources))

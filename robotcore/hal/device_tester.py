@@ -102,8 +102,8 @@ class DeviceTester(ABC):
     @abstractmethod
     def correct(
         self, device: str, message: str, mistake: str, observed: Any = None, *, remedy: str, kind: str = ""
-    ) -> None:
-        """Add an error for a mistake that settings of the device's driver may correct. Correct them if so.
+    ) -> bool:
+        """Add an error for a mistake that settings of the device's driver may correct. Return whether they correct it.
 
         message: what is wrong.
         mistake: the name of the mistake, see `DeviceDriver.correct`.

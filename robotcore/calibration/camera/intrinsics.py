@@ -12,9 +12,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from robotcore.calibration.camera.board import Board, Corners, ViewSelection
+from robotcore.calibration.least_squares import round_measured
 from robotcore.calibration.plot import Plot, Series
 from robotcore.canvas import SERIES
-from robotcore.description.editing import round_measured
 from robotcore.errors import CalibrationError
 from robotcore.kinds.camera import CameraDescription
 from robotcore.lens import is_invertible

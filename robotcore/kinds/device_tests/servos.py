@@ -112,21 +112,29 @@ def _test_ends(tester: DeviceTester, device: Any, servo: Any) -> bool:
             if angle is not None and abs(angle - limit) > STILL_RAD:
                 reached.append(("min_angle_rad" if share == 0 else "max_angle_rad", angle))
     for key, angle in reached:
-        share = (angle - servo.min_angle_rad) / (servo.max_angle_rad - servo.min_angle_rad)
-        needed = [share, 1.0] if key == "min_angle_rad" else [0.0, share]
-        text = f"stops at {math.degrees(angle):.0f}°, before its {key}"
-        remedy = f"Set {key} to {angle:.3f}, and narrow the pulses"
-        tester.describe(servo.name, text, remedy=remedy, kind="servo-limit", **{key: round(angle, 3)})
-        tester.correct(
-            servo.name,
-            "its pulses turn it beyond its limit",
-            AT_OTHER_ANGLES,
-            needed,
-            remedy=remedy,
-            kind="servo-angles",
-        )
-        servo = servo.model_copy(update={key: round(angle, 3)})
+        servo = _correct_limit(tester, servo, key, angle)
     return bool(reached)
+
+
+def _correct_limit(tester: DeviceTester, servo: Any, key: str, angle: float) -> Any:
+    """Report a limit that a servo does not reach, and return the servo's description with the corrected one.
+
+    The pulses belong to the limits. So the limit stays as it is if no setting of the driver corrects the pulses.
+
+    angle: the angle at which the servo stops, in radians.
+    """
+    share = (angle - servo.min_angle_rad) / (servo.max_angle_rad - servo.min_angle_rad)
+    needed = [share, 1.0] if key == "min_angle_rad" else [0.0, share]
+    limit = round(angle, 3)
+    remedy = f"Set {key} to {limit:g}, and narrow the pulses"
+    text = "its pulses turn it beyond its limit"
+    is_corrected = tester.correct(servo.name, text, AT_OTHER_ANGLES, needed, remedy=remedy, kind="servo-angles")
+    text = f"stops at {math.degrees(angle):.0f}°, before its {key}"
+    if not is_corrected:
+        tester.fail(servo.name, text, remedy, "servo-limit")
+        return servo
+    tester.describe(servo.name, text, remedy=remedy, kind="servo-limit", **{key: limit})
+    return servo.model_copy(update={key: limit})
 
 
 def _turn(tester: DeviceTester, device: Any, target: float) -> None:

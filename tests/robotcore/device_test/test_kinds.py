@@ -178,15 +178,27 @@ def test_what_no_person_sees_or_does_is_not_tested(tmp_path: Path) -> None:
         assert kinds(tester) == {name: ["not-tested"] for name in NAMES}
 
 
-def test_a_servo_that_stops_before_its_limit_gets_a_narrower_range(tmp_path: Path) -> None:
-    def narrow(robot: Table) -> None:
-        next(each for each in robot["devices"] if each["name"] == "pan")["min_angle_rad"] = -0.8
-        robot[SECTION]["pan"] |= {"min_pulse_s": 0.0011667}
+def narrow(robot: Table) -> None:
+    next(each for each in robot["devices"] if each["name"] == "pan")["min_angle_rad"] = -0.8
+    robot[SECTION]["pan"] |= {"min_pulse_s": 0.0011667}
 
+
+def test_a_servo_that_stops_before_its_limit_gets_a_narrower_range(tmp_path: Path) -> None:
     with open_tester(tmp_path, "pan", truth=narrow) as tester:
-        assert kinds(tester) == {"pan": ["servo-limit", "servo-angles"]}
+        assert kinds(tester) == {"pan": ["servo-angles", "servo-limit"]}
         assert tester._corrections.values == {"pan": {"min_angle_rad": -0.8}}
         assert tester._corrections.tables["pan"]["min_pulse_s"] == pytest.approx(0.0011667, abs=2e-6)
+        assert not tester.has_uncorrected_errors
+
+
+def test_the_limit_of_a_servo_stays_if_no_setting_corrects_its_pulses(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("drivers.raspberrypi.servos.PulseDriver.correct", lambda *_: None)
+    with open_tester(tmp_path, "pan", truth=narrow) as tester:
+        assert kinds(tester) == {"pan": ["servo-angles", "servo-limit"]}
+        assert (tester._corrections.values, tester._corrections.tables) == ({}, {})
+        assert tester.has_uncorrected_errors
 
 
 def test_a_servo_that_turns_the_wrong_way_gets_swapped_pulses(tmp_path: Path) -> None:
