@@ -12,13 +12,13 @@ from numpy.typing import NDArray
 
 from robotcore.autonomy.manoeuvres import straight
 from robotcore.autonomy.routines import Routine, wait
-from robotcore.calibration.plot import Plot, Series
 from robotcore.canvas import SERIES
 from robotcore.errors import BlockedError, CalibrationError
 from robotcore.hal.robot import Robot
 from robotcore.hal.simulation_state import SimulationState
 from robotcore.kinds.range_sensor import Range, RangeSensor, RangeSensorDescription
 from robotcore.raycast import FAN_SETBACK_M, Fan
+from robotcore.view.chart import Chart, Series
 
 Array = NDArray[np.float64]
 
@@ -258,11 +258,12 @@ def build_description_values(fit: RangeFit) -> dict[str, float]:
     return {"noise_m": round(fit.noise_m, 4), "loss": round(fit.loss, 3)}
 
 
-def draw_errors(fit: RangeFit, sensor: str) -> Plot:
+def build_error_chart(fit: RangeFit, sensor: str) -> Chart:
     """Return a chart of the errors at each distance, and of the fit."""
     seen = [each for each in fit.stops if each.is_in_range]
-    ends = seen[0].distance_m, seen[-1].distance_m
-    line = [(distance, fit.offset_m + fit.scale * distance) for distance in ends]
-    dots = [(each.distance_m, each.error_m) for each in seen]
-    series = (Series("mean of the echoes", dots), Series("fit", line, True, SERIES[1]))
-    return Plot(f"Errors of {sensor}", "distance in m", "error in m", series)
+    distances, errors = ([getattr(each, key) for each in seen] for key in ("distance_m", "error_m"))
+    series = [
+        Series(distances, errors, label="mean of the echoes", has_dots=True),
+        Series(distances, [fit.offset_m + fit.scale * each for each in distances], SERIES[1], label="fit"),
+    ]
+    return Chart(f"Errors of {sensor}", series, "distance in m", "error in m")

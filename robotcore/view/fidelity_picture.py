@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
+from typing import Any
 
 import numpy as np
 
@@ -13,8 +14,8 @@ from robotcore.fidelity.measures import find_window, measure_speed
 from robotcore.fidelity.run_data import SIDES, RangeSeries, RunData
 from robotcore.geometry import Pose
 from robotcore.optics import Image
+from robotcore.view.chart import Box, Chart, Series
 from robotcore.view.fidelity_table import build_heading, list_titles
-from robotcore.view.line_chart import Box, Curve, draw_chart
 from robotcore.view.overhead import MapPath, Track, TrackPoint, draw_map
 from robotcore.view.page import EDGE, HEIGHT, MAP, SIDE, SIDE_WIDTH, TOP, begin_page, finish_page
 from robotcore.view.picture import build_empty_world
@@ -38,9 +39,8 @@ def draw_fidelity(fidelity: Fidelity) -> Image:
     top = _draw_legend(canvas, fidelity)
     charts = list(_list_charts(fidelity))[:MAX_CHARTS]
     height = (HEIGHT - EDGE - top) / max(len(charts), 2) - _GAP
-    for index, (title, curves) in enumerate(charts):
-        box = Box(SIDE, top + index * (height + _GAP), SIDE_WIDTH, height)
-        draw_chart(canvas, box, title, curves, fidelity.duration_s)
+    for index, chart in enumerate(charts):
+        chart.draw(canvas, Box(SIDE, top + index * (height + _GAP), SIDE_WIDTH, height))
     return finish_page(canvas, _draw_paths(fidelity))
 
 
@@ -76,8 +76,9 @@ def _build_track(run: RunData) -> Track:
     return track
 
 
-def _list_charts(fidelity: Fidelity) -> Iterator[tuple[str, list[Curve]]]:
-    """Yield the title and the curves of each chart."""
+def _list_charts(fidelity: Fidelity) -> Iterator[Chart]:
+    """Yield the charts over the time of the run."""
+    axis: dict[str, Any] = {"x_unit": "s", "x_range": (0.0, fidelity.duration_s)}
     runs = [fidelity.recorded.run, *(column.run for column in fidelity.columns)]
     styles = list(zip((RECORDED, *SIMULATED), (_WIDE, _NARROW, _NARROW), strict=True))
     times = fidelity.recorded.run.times
@@ -85,12 +86,13 @@ def _list_charts(fidelity: Fidelity) -> Iterator[tuple[str, list[Curve]]]:
     for side in SIDES:
         measured = [(run.angles[side], style) for run, style in zip(runs, styles, strict=False) if side in run.angles]
         if len(measured) > 1:
-            curves = [Curve(times, measure_speed(series, times, window), *style) for series, style in measured]
-            yield f"{side} wheel, rad/s", curves
+            curves = [Series(times, measure_speed(series, times, window), *style) for series, style in measured]
+            yield Chart(f"{side} wheel, rad/s", curves, **axis)
     for name in runs[0].ranges:
         found = [(run.ranges[name], style) for run, style in zip(runs, styles, strict=False) if name in run.ranges]
         if len(found) > 1:
-            yield f"{name}, m", [Curve(*_find_nearest(series, times), *style) for series, style in found]
+            curves = [Series(*_find_nearest(series, times), *style) for series, style in found]
+            yield Chart(f"{name}, m", curves, **axis)
 
 
 def _find_nearest(series: RangeSeries, times: np.ndarray) -> tuple[np.ndarray, np.ndarray]:

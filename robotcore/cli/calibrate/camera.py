@@ -27,11 +27,11 @@ from robotcore.errors import CalibrationError, UsageError
 
 if TYPE_CHECKING:
     from robotcore.calibration.camera.board import Board, ViewSelection
-    from robotcore.calibration.plot import Plot
     from robotcore.description import RobotDescription
     from robotcore.interactive.live_robot import LiveRobot
     from robotcore.kinds.camera import Camera, CameraDescription
     from robotcore.optics import Image
+    from robotcore.view.chart import Chart
 
 NOISE, COLOUR, INTRINSICS, DELAY = PARTS = ("noise", "colour", "intrinsics", "delay")
 """The parts of a calibration in their order. The robot stands in all of them but the last."""
@@ -60,7 +60,7 @@ class Results:
     """The reason why a part did not run, by part."""
     failures: dict[str, CalibrationError] = field(default_factory=dict)
     """The errors of parts that had no result, by part."""
-    plots: list[Plot] = field(default_factory=list)
+    charts: list[Chart] = field(default_factory=list)
     lines: list[str] = field(default_factory=list)
     """The text for the user."""
 
@@ -145,10 +145,10 @@ def command(
         else:
             _measure_live(results, setup, camera, chessboard, colour, chosen, is_confirmed=is_confirmed)
     results.changes.finish(setup.backend)
-    if plot and results.plots:
-        from robotcore.calibration.plot import save_plots
+    if plot and results.charts:
+        from robotcore.view.chart import save_charts
 
-        save_plots(results.plots, plot)
+        save_charts(plot, f"The camera {camera.name} of {setup.description.name}", results.charts, "--plot")
     return _write_results(results, setup.description, camera, as_json=as_json)
 
 
@@ -280,13 +280,13 @@ def _add_intrinsics(
 ) -> None:
     from robotcore.calibration.camera.intrinsics import (
         build_description_values,
-        draw_views,
+        build_views_chart,
         fit_intrinsics,
         require_board,
     )
 
     require_board(selection, board, without)
-    results.plots.append(draw_views(selection, camera.name))
+    results.charts.append(build_views_chart(selection, camera.name))
     fit = fit_intrinsics(selection, board)
     values = build_description_values(fit, camera)
     results.changes.set_device(camera.name, values)
@@ -311,13 +311,13 @@ def _add_intrinsics(
 
 
 def _measure_delay(results: Results, camera: CameraDescription, live: LiveRobot, device: Camera) -> None:
-    from robotcore.calibration.camera.delay import draw_delay, fit_delay
+    from robotcore.calibration.camera.delay import build_delay_chart, fit_delay
     from robotcore.calibration.camera.measuring import find_heading_source, record_turn
 
     record = live.run(record_turn(live, device, RATE_HZ))
     fit = fit_delay(record, device.intrinsics.horizontal_fov, 1 / RATE_HZ)
     latency = max(0.0, round(fit.latency_s, 3))
-    results.plots.append(draw_delay(fit, camera.name))
+    results.charts.append(build_delay_chart(fit, camera.name))
     results.changes.set_device(camera.name, {"latency_s": latency})
     results.add(
         DELAY,

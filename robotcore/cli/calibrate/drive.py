@@ -86,12 +86,11 @@ def command(
 
 
 def _save_plot(plot: Path, result: DriveResult, session: CalibrationSession) -> None:
-    from robotcore.calibration.drive.drive_chart import draw_drive
-    from robotcore.canvas import encode_png
-    from robotcore.view.page import save_png
+    from robotcore.calibration.drive.drive_chart import build_drive_charts
+    from robotcore.view.chart import save_charts
 
     heading = f"The drive of {session.calibrated.description.name} on {session.backend.name}"
-    save_png(encode_png(draw_drive(result, session.probing.drive, heading)), plot, "--plot")
+    save_charts(plot, heading, build_drive_charts(result, session.probing.drive), "--plot")
 
 
 def _write_result(result: DriveResult, corrections: list[Correction], drive: Drive) -> None:

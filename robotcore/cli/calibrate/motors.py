@@ -73,12 +73,11 @@ def command(method: str | None, distance_m: float, plot: Path | None, *, as_json
 
 
 def _save_plot(plot: Path, results: list[MotorResult], session: CalibrationSession) -> None:
-    from robotcore.calibration.motors.motor_chart import draw_motors
-    from robotcore.canvas import encode_png
-    from robotcore.view.page import save_png
+    from robotcore.calibration.motors.motor_chart import build_motor_charts
+    from robotcore.view.chart import save_charts
 
     heading = f"The motors of {session.calibrated.description.name} on {session.backend.name}"
-    save_png(encode_png(draw_motors(results, session.calibrated.models, heading)), plot, "--plot")
+    save_charts(plot, heading, build_motor_charts(results, session.calibrated.models), "--plot")
 
 
 def _write_results(results: list[MotorResult], corrections: list[Correction], session: CalibrationSession) -> None:

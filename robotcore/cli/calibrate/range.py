@@ -101,7 +101,7 @@ def command(
 
     The results are written to the sensor's description. A run subtracts the offset, and simulators simulate all three.
     """
-    from robotcore.calibration.range_sensor import draw_errors, fit_range
+    from robotcore.calibration.range_sensor import build_error_chart, fit_range
 
     setup = load_calibrated_robot(robot, backend, world, seed, options, port=port)
     sensor: RangeSensorDescription = find_described(setup.description, "range_sensor", name)
@@ -127,9 +127,10 @@ def command(
     notes = _apply(changes, sensor, fit)
     changes.finish(setup.backend)
     if plot:
-        from robotcore.calibration.plot import save_plots
+        from robotcore.view.chart import save_charts
 
-        save_plots([draw_errors(fit, sensor.name)], plot)
+        heading = f"The range sensor {sensor.name} of {setup.description.name}"
+        save_charts(plot, heading, [build_error_chart(fit, sensor.name)], "--plot")
     if as_json:
         results = [{**_drop_nan(asdict(each)), "loss": each.loss} for each in fit.stops]
         measured = {**asdict(fit), "stops": results}

@@ -5,12 +5,10 @@ from __future__ import annotations
 import math
 import random
 from collections.abc import Sequence
-from pathlib import Path
 
 import pytest
 
-from robotcore.calibration.plot import save_plots
-from robotcore.calibration.range_sensor import RangeFit, Stop, draw_errors, fit_range
+from robotcore.calibration.range_sensor import RangeFit, Stop, build_error_chart, fit_range
 from robotcore.description import load_robot
 from robotcore.errors import CalibrationError
 from robotcore.kinds.range_sensor import Range, RangeSensorDescription
@@ -88,6 +86,8 @@ def test_distances_that_do_not_fit_are_refused(raises: Raises) -> None:
         fit([listen(0.3, offset=0.1), listen(0.6, offset=-0.1), listen(0.9, offset=0.1)])
 
 
-def test_the_errors_are_drawn(tmp_path: Path) -> None:
-    save_plots([draw_errors(fit([listen(distance) for distance in DISTANCES]), "nose")] * 2, tmp_path / "errors.png")
-    assert (tmp_path / "errors.png").read_bytes().startswith(b"\x89PNG")
+def test_the_chart_has_the_errors_and_the_fit() -> None:
+    found = fit([listen(distance, offset=0.012) for distance in DISTANCES])
+    chart = build_error_chart(found, "nose")
+    assert chart.series[0].xs == list(DISTANCES)
+    assert chart.series[1].ys == pytest.approx([found.offset_m] * len(DISTANCES))
