@@ -14,9 +14,9 @@ import tomlkit
 from robotcore import RunRequest, run
 from robotcore.autonomy.manoeuvres import straight
 from robotcore.autonomy.routines import Routine
-from robotcore.calibration.probe import TruthKeeper
-from robotcore.calibration.probing import Displacement, Probing
-from robotcore.calibration.probing_robot import CalibratedRobot
+from robotcore.calibration.calibrated_robot import CalibratedRobot
+from robotcore.calibration.excitation import TruthKeeper
+from robotcore.calibration.excitation_runs import Displacement, ExcitationRunner
 from robotcore.description import read_shipped
 from robotcore.description.editing import RobotEditor
 from robotcore.errors import BlockedError
@@ -110,7 +110,7 @@ class NoPerson:
         raise AssertionError(question)
 
 
-class InaccurateTape(Probing):
+class InaccurateTape(ExcitationRunner):
     """Measures the displacement with the errors of a person with a tape measure."""
 
     draw = Random(0)
@@ -125,12 +125,12 @@ class InaccurateTape(Probing):
         return None if (true := super().read_turn(keeper)) is None else self.draw.gauss(true, ANGLE_RAD)
 
 
-def open_probing(patient: Patient, seed: int = 0) -> Probing:
-    """Return the probing of a robot."""
+def open_runner(patient: Patient, seed: int = 0) -> ExcitationRunner:
+    """Return the runner of a robot."""
     robot = CalibratedRobot.load(patient.own, load_backend(BACKEND), {"truth": patient.truth})
-    probing = InaccurateTape(robot, patient_run, NoPerson(), WORLD)
-    probing.draw = Random(seed)
-    return probing
+    runner = InaccurateTape(robot, patient_run, NoPerson(), WORLD)
+    runner.draw = Random(seed)
+    return runner
 
 
 class DriveStraight(Behaviour):

@@ -22,7 +22,7 @@ from robotcore.errors import DeviceError, DeviceGroupError, UnknownNameError, Us
 if TYPE_CHECKING:
     from robotcore.device_test.corrections import Corrections
     from robotcore.hal.check_finding import Finding
-    from robotcore.hal.device_tester import Question
+    from robotcore.hal.device_test import Question
     from robotcore.interactive.live_robot import LiveRobot
 
 LIFT = (
@@ -164,17 +164,17 @@ def _check_answers(answers: Iterable[tuple[str, str]], devices: Iterable[str]) -
 
 def _test(setup: CalibratedSetup, tested: _Tested, person: TerminalPerson, names: Sequence[str]) -> None:
     """Open the devices, and test those that open. Each finding is shown at once."""
-    from robotcore.device_test.tester import LiveDeviceTester
+    from robotcore.device_test.live_device_test import LiveDeviceTest
 
     with ExitStack() as opened:
         live = _open(setup, opened, tested)
         person.check = live.require_running
-        tester = LiveDeviceTester(live, setup.description, tested.corrections, person, tested.add)
+        test = LiveDeviceTest(live, setup.description, tested.corrections, person, tested.add)
         for name in names:
             if name not in live.devices and name not in tested.failed:
-                tester.skip(name, f"the backend {setup.backend.name!r} does not open it")
-        tester.test_all(names)
-        tested.is_corrected = not tested.failed and not tester.has_uncorrected_errors
+                test.skip(name, f"the backend {setup.backend.name!r} does not open it")
+        test.test_all(names)
+        tested.is_corrected = not tested.failed and not test.has_uncorrected_errors
 
 
 def _open(setup: CalibratedSetup, opened: ExitStack, tested: _Tested) -> LiveRobot:

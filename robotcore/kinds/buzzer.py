@@ -13,7 +13,7 @@ from pydantic import Field
 from robotcore.description import DeviceDescription
 from robotcore.geometry import to_float
 from robotcore.hal.device import Actuator, build_invalid_command
-from robotcore.hal.device_tester import YES_OR_NO, DeviceTester, Question
+from robotcore.hal.device_test import YES_OR_NO, DeviceTest, Question
 from robotcore.hal.kind import Kind, assert_limited, assert_refused
 from robotcore.hal.robot import Robot
 from robotcore.hal.simulation_state import SimulationState
@@ -91,21 +91,21 @@ TONE_HZ, TONE_S = 880.0, 0.5
 """The tone that a test plays, and its duration in seconds."""
 
 
-def test_buzzers(tester: DeviceTester, buzzers: Sequence[Any]) -> None:
+def test_buzzers(test: DeviceTest, buzzers: Sequence[Any]) -> None:
     """Play a tone, and ask the person whether it sounds."""
     for buzzer in buzzers:
-        device = tester.robot.devices[buzzer.name]
+        device = test.robot.devices[buzzer.name]
         assert isinstance(device, Buzzer)
-        tester.repeat(partial(device.play, TONE_HZ), TONE_S)
+        test.repeat(partial(device.play, TONE_HZ), TONE_S)
         heard = Question("tone", f"Does {buzzer.name} play a tone now?", YES_OR_NO, partial(_hear, buzzer.name))
-        answer = tester.ask(buzzer.name, heard)
+        answer = test.ask(buzzer.name, heard)
         device.stop()
         if answer == "y":
-            tester.confirm(buzzer.name, f"plays a tone of {TONE_HZ:g} Hz")
+            test.confirm(buzzer.name, f"plays a tone of {TONE_HZ:g} Hz")
         elif answer == "n":
-            tester.fail(buzzer.name, "plays no tone", "Check its wires and its pin", "buzzer-dead")
+            test.fail(buzzer.name, "plays no tone", "Check its wires and its pin", "buzzer-dead")
         else:
-            tester.skip(buzzer.name, "no person has heard it")
+            test.skip(buzzer.name, "no person has heard it")
 
 
 def _hear(name: str, state: SimulationState) -> str:

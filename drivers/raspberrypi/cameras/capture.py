@@ -15,7 +15,7 @@ from pydantic import Field
 
 from robotcore.errors import DeviceError, ResourceError
 from robotcore.hal.clock import Clock
-from robotcore.hal.device_tester import MIRRORED, RED_AND_BLUE_SWAPPED, ROTATED, UPSIDE_DOWN
+from robotcore.hal.device_test import MIRRORED, RED_AND_BLUE_SWAPPED, ROTATED, UPSIDE_DOWN
 from robotcore.hardware import DeviceContext, DeviceDriver, NewestSample
 from robotcore.kinds.camera import Camera, CameraDescription, Frame
 from robotcore.optics import Image

@@ -5,10 +5,10 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator
 
+from robotcore.calibration.calibrated_robot import CalibratedRobot
 from robotcore.calibration.corrections import Correction
 from robotcore.calibration.least_squares import Estimate
 from robotcore.calibration.motors.measurement import MotorResult
-from robotcore.calibration.probing_robot import CalibratedRobot
 from robotcore.hardware.motor_model import MotorModel
 from robotcore.kinds.motor import MotorDescription
 

@@ -18,7 +18,7 @@ from robotcore.errors import UsageError
 
 if TYPE_CHECKING:
     from robotcore.calibration.corrections import Correction
-    from robotcore.calibration.probing import Probing
+    from robotcore.calibration.excitation_runs import ExcitationRunner
     from robotcore.description.editing import RobotEditor
     from robotcore.hal.backend import Backend
     from robotcore.runtime.observer import Observer
@@ -101,8 +101,8 @@ class CalibrationSession:
 
         Raises UsageError for a file that cannot be written, and the errors of `CalibratedRobot.load`.
         """
-        from robotcore.calibration.probing import Probing
-        from robotcore.calibration.probing_robot import CalibratedRobot
+        from robotcore.calibration.calibrated_robot import CalibratedRobot
+        from robotcore.calibration.excitation_runs import ExcitationRunner
         from robotcore.description import is_own
         from robotcore.description.editing import RobotEditor
         from robotcore.hal.backend import load_backend
@@ -118,7 +118,9 @@ class CalibrationSession:
         found = merge_options(options, host=host, port=port)
         self.calibrated = CalibratedRobot.load(robot, self.backend, found)
         is_built = self.backend.builds_world(self.calibrated.description)
-        self.probing: Probing = Probing(self.calibrated, perform_run, TerminalPerson(), world if is_built else None)
+        self.runner: ExcitationRunner = ExcitationRunner(
+            self.calibrated, perform_run, TerminalPerson(), world if is_built else None
+        )
         self._must_write = write
 
     def finish(self, corrections: Sequence[Correction], *, as_json: bool) -> dict[str, Any]:

@@ -67,15 +67,15 @@ def command(
     from robotcore.calibration.drive.measurement import Reference, measure_drive
 
     session = CalibrationSession(plot=plot, **values)
-    probing = session.probing
-    has_imu = probing.robot.description.first_of("imu") is not None
+    runner = session.runner
+    has_imu = runner.robot.description.first_of("imu") is not None
     reference = Reference(turns_by or ("imu" if has_imu else "tape"))
-    result = measure_drive(probing, Reference(straight_by), reference, distance_m, turns)
-    corrections = correct_drive(result, probing.drive)
+    result = measure_drive(runner, Reference(straight_by), reference, distance_m, turns)
+    corrections = correct_drive(result, runner.drive)
     if plot:
         _save_plot(plot, result, session)
     if not as_json:
-        _write_result(result, corrections, probing.drive)
+        _write_result(result, corrections, runner.drive)
     answer = session.finish(corrections, as_json=as_json)
     if plot and not as_json:
         write_line(f"The plot: {plot}")
@@ -90,7 +90,7 @@ def _save_plot(plot: Path, result: DriveResult, session: CalibrationSession) -> 
     from robotcore.view.chart import save_charts
 
     heading = f"The drive of {session.calibrated.description.name} on {session.backend.name}"
-    save_charts(plot, heading, build_drive_charts(result, session.probing.drive), "--plot")
+    save_charts(plot, heading, build_drive_charts(result, session.runner.drive), "--plot")
 
 
 def _write_result(result: DriveResult, corrections: list[Correction], drive: Drive) -> None:

@@ -53,11 +53,11 @@ def command(method: str | None, distance_m: float, plot: Path | None, *, as_json
     from robotcore.calibration.motors.motor_corrections import correct_motor
 
     session = CalibrationSession(plot=plot, **values)
-    probing = session.probing
-    chosen = Method(method) if method else choose_method(probing)
+    runner = session.runner
+    chosen = Method(method) if method else choose_method(runner)
     if chosen is not Method.TAPE:
-        probing.prepare(FLOOR if chosen is Method.ENCODER else PIVOT)
-    results = measure_motors(probing, chosen, distance_m)
+        runner.prepare(FLOOR if chosen is Method.ENCODER else PIVOT)
+    results = measure_motors(runner, chosen, distance_m)
     corrections = [each for result in results for each in correct_motor(result, session.calibrated)]
     if plot:
         _save_plot(plot, results, session)

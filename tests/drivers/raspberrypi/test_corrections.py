@@ -15,7 +15,7 @@ from drivers.raspberrypi.mpu6050 import MPU6050
 from drivers.raspberrypi.pwm.motors import HBridgeChannelDriver, PhaseChannelDriver
 from drivers.raspberrypi.servos import PinServoDriver
 from drivers.serial.boards.hoverboard.drivers import HoverboardEncoder
-from robotcore.hal import device_tester as mistakes
+from robotcore.hal import device_test as mistakes
 from robotcore.hardware import DeviceDriver
 from robotcore.hardware.motor_model import MotorModel
 

@@ -5,12 +5,12 @@ from typing import Any
 
 import pytest
 
+from robotcore.calibration.calibrated_robot import CalibratedRobot
 from robotcore.calibration.least_squares import Estimate
 from robotcore.calibration.motors.measurement import MotorResult
 from robotcore.calibration.motors.motor_corrections import correct_motor
 from robotcore.calibration.motors.response import Response
 from robotcore.calibration.motors.velocity_curve import VelocityCurve
-from robotcore.calibration.probing_robot import CalibratedRobot
 from robotcore.hal.backend import load_backend
 
 ROVER = CalibratedRobot.load("rover", load_backend("virtualpi"), {})

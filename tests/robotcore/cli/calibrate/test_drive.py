@@ -7,8 +7,8 @@ from typing import Any
 
 import pytest
 
-from robotcore.calibration.probe import TruthKeeper
-from robotcore.calibration.probing_robot import CalibratedRobot
+from robotcore.calibration.calibrated_robot import CalibratedRobot
+from robotcore.calibration.excitation import TruthKeeper
 from robotcore.description import load_robot
 from robotcore.geometry import wrap_angle
 from tests.robotcore.cli.calibrate.robots import IMU, Changes, write_robot

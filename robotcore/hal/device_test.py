@@ -60,8 +60,8 @@ class Question:
 YES_OR_NO = {"y": "yes", "n": "no"}
 
 
-class DeviceTester(ABC):
-    """Moves and reads the devices of a robot, asks the person, and collects findings and corrections.
+class DeviceTest(ABC):
+    """A test of devices in progress. It moves and reads them, asks the person, and collects findings and corrections.
 
     A test lets time pass only by `run` and the methods that call it. Between these calls, all motors stand.
     """
