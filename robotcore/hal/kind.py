@@ -72,8 +72,8 @@ class Kind:
     test_devices: Callable[[DeviceTest, Sequence[Any]], None] | None = None
     """Tests the wiring and the mounting of all open devices of the kind, for `robotcore test-devices`.
 
-    Its arguments are the test in progress, and the descriptions of the devices in the order of the robot's file. With None, a
-    sensor is read, and an actuator is reported as not tested.
+    Its arguments are the test in progress, and the descriptions of the devices in the order of the robot's file. With
+    None, a sensor is read, and an actuator is reported as not tested.
     """
 
     def __post_init__(self) -> None:
