@@ -61,7 +61,7 @@ def command(method: str | None, distance_m: float, **values: Any) -> int:
     robot = runner.robot
     chosen = Method(method) if method else choose_method(runner)
     if chosen is not Method.TAPE:
-        session.prepare(FLOOR if chosen is Method.ENCODER else PIVOT)
+        runner.prepare(FLOOR if chosen is Method.ENCODER else PIVOT)
     results = measure_motors(runner, chosen, distance_m)
     corrections = [each for result in results for each in correct_motor(result, robot)]
     apply_corrections(session.changes, corrections)

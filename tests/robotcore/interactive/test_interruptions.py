@@ -22,6 +22,7 @@ from robotcore.hal.wall_clock import MonotonicClock
 from robotcore.recording import read
 from robotcore.runtime.loop import Loop
 from robotcore.runtime.session import RunSession
+from robotcore.runtime.signals import SignalGuard
 from tests.doubles.serial.board import Powered
 from tests.doubles.serial.pty import Pty
 from tests.doubles.serial.rosarduino import RobotcoreBridgeDouble
@@ -128,6 +129,12 @@ def test_interrupt_between_two_calls_leaves_the_robot_open() -> None:
         assert robot.drive.straight(0.1).x == pytest.approx(0.2, abs=0.01)
     assert robot.result
     assert robot.result.outcome is Outcome.SUCCESS
+
+
+def test_signal_in_a_program_that_handles_signals_closes_the_robot() -> None:
+    with SignalGuard(), pytest.raises(Interrupted), robotcore.open() as robot:
+        robot.run(raise_signals(signal.SIGINT))
+    assert robot.result
 
 
 def test_signal_between_two_calls_reaches_the_handler_of_the_program_only(received: list[int]) -> None:

@@ -9,6 +9,7 @@ import pytest
 
 from robotcore.calibration.calibrated_robot import CalibratedRobot
 from robotcore.calibration.excitation import TruthKeeper
+from robotcore.cli.person import TerminalPerson
 from robotcore.description import load_robot
 from robotcore.geometry import wrap_angle
 from tests.robotcore.cli.calibrate.robots import IMU, Changes, write_robot
@@ -99,22 +100,20 @@ def test_a_person_measures_a_real_robot(
 ) -> None:
     own, truth = write_robot(tmp_path, "own"), write_robot(tmp_path, "truth", *OTHER_DRIVE)
 
-    class Person(io.StringIO):
-        """Answers each question about the last motion. A question about a distance comes in two parts."""
-
-        def readline(self, *_arguments: Any) -> str:  # type: ignore[override]  # of IOBase, with bytes
-            prompt = prompts[-1]
-            if "Press Enter" in prompt:
-                return "\n"
-            keeper = real_robot[-1]
-            assert keeper.displacement
-            if "degrees" in prompt:
-                return f"{math.degrees(wrap_angle(keeper.turned)):.1f}\n"
-            return f"{abs(keeper.displacement[0]) if 'along' in prompt else keeper.displacement[1]:.3f}\n"
+    def read_line(_person: TerminalPerson, prompt: str) -> str:
+        """Answer a question about the last motion. A question about a distance comes in two parts."""
+        prompts.append(prompt)
+        if "press Enter" in prompt:
+            return ""
+        keeper = real_robot[-1]
+        assert keeper.displacement
+        if "degrees" in prompt:
+            return f"{math.degrees(wrap_angle(keeper.turned)):.1f}"
+        return f"{abs(keeper.displacement[0]) if 'along' in prompt else keeper.displacement[1]:.3f}"
 
     prompts: list[str] = []
-    monkeypatch.setattr("robotcore.cli.calibrate._session.click.echo", lambda text="", **_: prompts.append(str(text)))
-    monkeypatch.setattr("sys.stdin", Person())
+    monkeypatch.setattr("robotcore.cli.person.has_terminal", lambda: True)
+    monkeypatch.setattr(TerminalPerson, "read_line", read_line)
     answer = calibrate(cli, own, *with_truth(truth), "--turns-by", "tape", "--turns", "3", "--write")
     assert answer.status == 0, answer.err
     drive = load_robot(own).drive
@@ -126,10 +125,19 @@ def test_a_person_measures_a_real_robot(
     )  # one turn first, so that the rest of many turns is clear
 
 
-def test_without_answers_a_real_robot_does_not_move(
+def test_without_a_person_a_real_robot_does_not_move(
     cli: Cli, monkeypatch: pytest.MonkeyPatch, real_robot: list[TruthKeeper], check_text: CheckText
 ) -> None:
     monkeypatch.setattr("sys.stdin", io.StringIO(""))
     answer = calibrate(cli, "rover")
     assert (answer.status, real_robot) == (2, [])
+    check_text(answer.err)
+
+
+def test_with_yes_the_robot_moves_until_a_person_must_measure(
+    cli: Cli, monkeypatch: pytest.MonkeyPatch, real_robot: list[TruthKeeper], check_text: CheckText
+) -> None:
+    monkeypatch.setattr("sys.stdin", io.StringIO(""))
+    answer = calibrate(cli, "rover", "--yes")
+    assert (answer.status, len(real_robot)) == (2, 1)
     check_text(answer.err)
