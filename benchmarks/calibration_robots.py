@@ -103,7 +103,7 @@ def _remove_encoders(text: str) -> str:
 class NoPerson:
     """There is no person beside a simulated robot."""
 
-    def prepare(self, instruction: str) -> NoReturn:
+    def prepare(self, instruction: str, *, has_question: bool = False) -> NoReturn:
         raise AssertionError(instruction)
 
     def ask(self, question: str) -> NoReturn:

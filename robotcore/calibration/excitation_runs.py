@@ -34,8 +34,11 @@ class Displacement(NamedTuple):
 class Person(Protocol):
     """The person beside a real robot."""
 
-    def prepare(self, instruction: str) -> None:
-        """Ask the person to prepare the robot, and wait until it is done. Raises UsageError if there is no person."""
+    def prepare(self, instruction: str, *, has_question: bool = False) -> None:
+        """Ask the person to prepare the robot, and wait until it is done. Raises UsageError if there is no person.
+
+        has_question: whether `ask` follows after the robot has moved, so that a person must be there.
+        """
 
     def ask(self, question: str) -> float:
         """Return the number that the person has measured."""
@@ -120,7 +123,7 @@ class ExcitationRunner:
             f"{title}, {direction}. Put the robot along a straight line on the floor, with a tape measure beside it, "
             "and mark the middle of its axle"
         )
-        self.prepare(instruction)
+        self.prepare(instruction, has_question=True)
         keeper = TruthKeeper()
         steps = [ExcitationStep(REST_S), ExcitationStep(duration_s, command, command), ExcitationStep(settle_s)]
         excitation = self.excite(steps, [keeper], takes_duties=takes_duties)
@@ -140,7 +143,7 @@ class ExcitationRunner:
         """Return by how much a simulated robot has turned by its ground truth, in radians; None on a real robot."""
         return None if keeper.start is None else keeper.turned
 
-    def prepare(self, instruction: str) -> None:
-        """Ask the person to prepare a real robot, and wait until it is done."""
+    def prepare(self, instruction: str, *, has_question: bool = False) -> None:
+        """Ask the person to prepare a real robot, and wait until it is done. See `Person.prepare`."""
         if not self.robot.is_simulated:
-            self.person.prepare(instruction)
+            self.person.prepare(instruction, has_question=has_question)

@@ -32,27 +32,31 @@ class TerminalPerson:
         self.check: Callable[[], object] = lambda: None
         """Is called several times a second while the person types. It raises the error of an e-stop."""
 
-    def prepare(self, instruction: str) -> None:
+    def prepare(self, instruction: str, *, has_question: bool = False) -> None:
         """Wait until the person has followed an instruction and presses Enter, unless ``--yes`` has confirmed it.
+
+        has_question: whether `ask` follows after the robot has moved. Then ``--yes`` does not replace the person.
 
         Raises UsageError if no person can confirm it.
         """
-        if self._is_confirmed:
+        if self._is_confirmed and not has_question:
             return
         if not has_terminal():
-            text = f"no terminal to confirm this: {instruction}. Run the command in a terminal, or add --yes"
-            raise UsageError(text, kind="not-confirmed")
+            remedy = "Run the command in a terminal" + ("" if has_question else ", or add --yes")
+            raise UsageError(f"no terminal to confirm this: {instruction}. {remedy}", kind="not-confirmed")
+        if self._is_confirmed:
+            return
         if self.read_line(f"{instruction}. Then press Enter.") is None:
             text = "standard input was closed before the robot moved. Repeat the command"
             raise UsageError(text, kind="not-confirmed")
 
     def ask(self, question: str) -> float:
-        """Return the number that the person types. Raises UsageError without a terminal, and after Ctrl-D."""
+        """Return the number that the person types. Raises UsageError after Ctrl-D."""
         while (answer := self.read_line(f"{question}:")) is not None:
             if math.isfinite(number := _parse_number(answer)):
                 return number
             write_line(f"{answer!r} is no number. Type a number such as 1.024", is_error=True)
-        text = f"no terminal to ask for this: {question}. Run the command in a terminal"
+        text = f"standard input was closed before this answer: {question}. Repeat the command"
         raise UsageError(text, kind="no-answer")
 
     def read_number(self, prompt: str, find_problem: Callable[[float], str] = lambda _number: "") -> float | None:

@@ -171,7 +171,8 @@ def _spin_once(
     where = "Put the robot on the floor with free space around it"
     mark = ", along a straight line" if turns_by is Reference.TAPE else ""
     near = ", within 1 m of a wall" if turns_by is Reference.WALL else ""
-    runner.prepare(f"{title}: {where}{mark}{near}. It turns {abs(turns)} times on the spot")
+    instruction = f"{title}: {where}{mark}{near}. It turns {abs(turns)} times on the spot"
+    runner.prepare(instruction, has_question=turns_by is Reference.TAPE)
     keeper = TruthKeeper()
     kinds = EXCITATION_KINDS | ({"range_sensor"} if turns_by is Reference.WALL else set())
     steps = [rest, ExcitationStep(duration, -command, command), rest]

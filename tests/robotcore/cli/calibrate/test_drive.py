@@ -125,19 +125,15 @@ def test_a_person_measures_a_real_robot(
     )  # one turn first, so that the rest of many turns is clear
 
 
-def test_without_a_person_a_real_robot_does_not_move(
-    cli: Cli, monkeypatch: pytest.MonkeyPatch, real_robot: list[TruthKeeper], check_text: CheckText
+@pytest.mark.parametrize("more", [(), ("--yes",)], ids=["asks", "yes"])
+def test_without_a_person_who_measures_a_real_robot_does_not_move(
+    more: tuple[str, ...],
+    cli: Cli,
+    monkeypatch: pytest.MonkeyPatch,
+    real_robot: list[TruthKeeper],
+    check_text: CheckText,
 ) -> None:
     monkeypatch.setattr("sys.stdin", io.StringIO(""))
-    answer = calibrate(cli, "rover")
+    answer = calibrate(cli, "rover", *more)
     assert (answer.status, real_robot) == (2, [])
-    check_text(answer.err)
-
-
-def test_with_yes_the_robot_moves_until_a_person_must_measure(
-    cli: Cli, monkeypatch: pytest.MonkeyPatch, real_robot: list[TruthKeeper], check_text: CheckText
-) -> None:
-    monkeypatch.setattr("sys.stdin", io.StringIO(""))
-    answer = calibrate(cli, "rover", "--yes")
-    assert (answer.status, len(real_robot)) == (2, 1)
     check_text(answer.err)

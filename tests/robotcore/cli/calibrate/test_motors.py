@@ -7,6 +7,7 @@ from typing import Any
 import cv2
 import pytest
 
+from robotcore.calibration.calibrated_robot import CalibratedRobot
 from robotcore.calibration.excitation import ExcitationLog
 from robotcore.description import load_robot
 from tests.robotcore.cli.calibrate.robots import DEAD_ENCODER, IMU, OTHER_MOTORS, REVERSED_ENCODER, Changes, write_robot
@@ -87,6 +88,17 @@ def test_a_faulty_encoder_is_named_and_nothing_is_written(
     assert (answer.status, answer.json["kind"]) == (1, kind)
     assert Path(own).read_text() == before
     check_text(answer.err)
+
+
+def test_a_real_robot_moves_only_after_a_confirmation(
+    cli: Cli, monkeypatch: pytest.MonkeyPatch, check_text: CheckText
+) -> None:
+    monkeypatch.setattr(CalibratedRobot, "is_simulated", False)
+    monkeypatch.setattr("sys.stdin", None)
+    refused = calibrate(cli, "rover")
+    assert refused.status == 2
+    check_text(refused.err)
+    assert calibrate(cli, "rover", None, "--yes").status == 0
 
 
 def test_an_interruption_ends_the_run_and_leaves_the_file(
