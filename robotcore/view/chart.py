@@ -11,13 +11,13 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from robotcore.canvas import FADED, INK, PAPER, RULE, SERIES, Canvas, Colour, encode_png, measure_text
+from robotcore.canvas import FADED, INK, PAPER, RULE, SERIES, Canvas, Colour, encode_png, measure_text, shorten_text
 from robotcore.optics import Image
 from robotcore.view.page import save_png
 
 Array = NDArray[np.float64]
 
-_TITLE_PX, _TEXT_PX = 13, 11
+_HEADING_PX, _TITLE_PX, _TEXT_PX = 18, 13, 11
 _TITLE_HEIGHT, _ROW_HEIGHT, _NUMBERS_HEIGHT = 24, 20, 24
 """The heights of the title, of the labels of the axes, and of the numbers below the x axis, in pixels."""
 
@@ -186,7 +186,8 @@ def draw_sheet(heading: str, charts: Sequence[Chart]) -> Image:
     rows = (len(charts) + _COLUMNS - 1) // _COLUMNS
     size = columns * (_WIDTH + _EDGE) + _EDGE, _HEADING_HEIGHT + rows * (_HEIGHT + _EDGE)
     canvas = Canvas(*size, PAPER)
-    canvas.write_text((_EDGE, 36), heading, INK, 18, bold=True)
+    heading = shorten_text(heading, size[0] - 2 * _EDGE, _HEADING_PX, bold=True)
+    canvas.write_text((_EDGE, 36), heading, INK, _HEADING_PX, bold=True)
     for number, chart in enumerate(charts):
         left = _EDGE + number % _COLUMNS * (_WIDTH + _EDGE)
         top = _HEADING_HEIGHT + number // _COLUMNS * (_HEIGHT + _EDGE)

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from robotcore.cli.calibrate.excitation_runner import build_runner
+from robotcore.cli.calibrate.excitation_runner import build_runner, distance_option
 from robotcore.cli.output import write_line, write_table
 from robotcore.cli.robot_session import OPEN, MeasuringCommand, RobotSession, robot_session_options
 
@@ -33,15 +33,7 @@ if TYPE_CHECKING:
     help="The reference of the turns: an angle that you measure, the IMU, or the distances around the robot. "
     "Default: the IMU, else tape.",
 )
-@click.option(
-    "--distance",
-    "distance_m",
-    metavar="METRES",
-    type=click.FloatRange(0.2, 20),
-    default=2.0,
-    show_default=True,
-    help="The length of a straight drive.",
-)
+@distance_option(most_m=20, default_m=2.0, text="The length of a straight drive.")
 @click.option(
     "--turns",
     type=click.IntRange(1, 20),

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from robotcore.cli.calibrate.excitation_runner import build_runner
+from robotcore.cli.calibrate.excitation_runner import build_runner, distance_option
 from robotcore.cli.output import write_line, write_table
 from robotcore.cli.robot_session import OPEN, MeasuringCommand, RobotSession, robot_session_options
 
@@ -36,15 +36,7 @@ PIVOT = (
     type=click.Choice(["encoder", "imu", "tape"]),
     help="The measuring instrument. Default: the encoders, else the IMU, else a tape measure.",
 )
-@click.option(
-    "--distance",
-    "distance_m",
-    metavar="METRES",
-    type=click.FloatRange(0.2, 10),
-    default=1.0,
-    show_default=True,
-    help="The length of a drive along a tape measure.",
-)
+@distance_option(most_m=10, default_m=1.0, text="The length of a drive along a tape measure.")
 def command(method: str | None, distance_m: float, **values: Any) -> int:
     """Measure the dead band, the velocities and the lag of the motors of a drive, and correct the robot's file.
 
