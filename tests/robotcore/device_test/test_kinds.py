@@ -178,6 +178,7 @@ def test_what_no_person_sees_or_does_is_not_tested(tmp_path: Path) -> None:
         assert kinds(tester) == {name: ["not-tested"] for name in NAMES}
 
 
+@pytest.mark.slow
 def test_a_servo_that_stops_before_its_limit_gets_a_narrower_range(tmp_path: Path) -> None:
     def narrow(robot: Table) -> None:
         next(each for each in robot["devices"] if each["name"] == "pan")["min_angle_rad"] = -0.8

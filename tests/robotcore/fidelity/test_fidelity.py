@@ -110,6 +110,7 @@ def test_the_true_description_of_a_robot_brings_the_simulation_nearer(real: Reco
         assert after.wheels[side].rms_rad_s < before.wheels[side].rms_rad_s / 5
 
 
+@pytest.mark.slow
 def test_without_truth_the_path_is_that_of_the_odometry_with_the_wheels_of_the_file(
     real: Recording, truth: str, check_text: CheckText
 ) -> None:
@@ -121,6 +122,7 @@ def test_without_truth_the_path_is_that_of_the_odometry_with_the_wheels_of_the_f
     check_text([note.replace(truth, "true.toml") for note in after.notes])
 
 
+@pytest.mark.slow
 def test_another_number_of_encoder_counts_scales_the_recorded_angles(real: Recording, tmp_path: Path) -> None:
     file = tmp_path / "counts.toml"
     file.write_text(ROVER.replace("counts_per_turn = 960", "counts_per_turn = 480"))
@@ -179,6 +181,7 @@ class Person(Watcher):
         operator.drive(0.2, 0.5)
 
 
+@pytest.mark.slow
 def test_a_run_that_a_person_drove_by_hand_is_repeated() -> None:
     memory = Memory()
     run(RunRequest(Standing, world="open", has_operator=True, timeout_s=2.0), [memory, Person()], [memory.layer])
@@ -294,6 +297,7 @@ def test_other_texts_are_no_bounds(text: str, raises: Raises) -> None:
         Bound.parse(text)
 
 
+@pytest.mark.slow
 def test_the_json_has_both_columns(real: Recording, truth: str) -> None:
     one, two = measure(real).to_dict(), measure(real, robot=load_robot(truth)).to_dict()
     assert (one["with_robot"], one["as_recorded"]) == (None, two["as_recorded"])

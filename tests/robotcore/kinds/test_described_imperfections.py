@@ -123,6 +123,7 @@ def test_a_camera_has_noise_and_its_lens(backend: str) -> None:
     assert np.abs(moved[middle].astype(int) - clean[middle]).mean() < 6.0
 
 
+@pytest.mark.slow
 @simulators
 def test_a_range_sensor_has_its_offset_noise_and_lost_echoes(backend: str) -> None:
     def measure(**change: float) -> list[float]:

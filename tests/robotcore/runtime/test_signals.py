@@ -214,6 +214,7 @@ def start() -> Iterator[Starter]:
         yield run
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     "app, number",
     [

@@ -64,6 +64,7 @@ def test_texts_of_a_recording_are_escaped(fidelity: Fidelity, check_text: CheckT
     check_text(render(replace(fidelity, recording=recording, notes=("\x1b]0;PWNED\x07",))).splitlines()[0])
 
 
+@pytest.mark.slow
 def test_the_picture_shows_all_paths_and_charts(fidelity: Fidelity) -> None:
     picture = draw_fidelity(fidelity)[:, :, ::-1]
     assert picture.shape == (1000, 1600, 3)
@@ -75,6 +76,7 @@ def test_the_picture_shows_all_paths_and_charts(fidelity: Fidelity) -> None:
     assert not (one == SIMULATED[1]).all(axis=2)[:, SIDE:].any()
 
 
+@pytest.mark.slow
 def test_a_run_without_a_world_is_drawn_on_an_empty_floor(fidelity: Fidelity) -> None:
     assert draw_fidelity(replace(fidelity, world=None)).shape == (1000, 1600, 3)
 
