@@ -42,7 +42,7 @@ def _press(tester: DeviceTester, contact: Any, contacts: Sequence[Any]) -> str |
         return None
 
     def hold(state: SimulationState) -> None:
-        state.touched[contact.name] = 0
+        state.touches[contact.name] = 0
 
     if not tester.instruct(contact.name, "press", f"Press Enter, and then press {contact.name} for a moment", hold):
         tester.skip(contact.name, "no person presses it")
@@ -57,7 +57,7 @@ def _press(tester: DeviceTester, contact: Any, contacts: Sequence[Any]) -> str |
     tester.wait_until(has_reacted, timeout)
     tester.wait_until(lambda: has_reacted() and False, HOLD_S)
     if tester.state:
-        tester.state.touched.clear()
+        tester.state.touches.clear()
         tester.wait(HOLD_S)
     if not reacted:
         tester.fail(contact.name, "does not react to a press", "Check its wires and its pin", "contact-dead")

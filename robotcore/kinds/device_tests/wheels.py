@@ -79,7 +79,7 @@ def _turn(tester: DeviceTester, motor: Any) -> _Pulse:
     device: Any = tester.robot[motor.name]
     pulse = _Pulse(motor.name, None, 0, is_seen=False, encoder=None, encoder_direction=0)
     for share in SPEEDS:
-        angles, true = _read_angles(tester), tester.state.measure_wheels() if tester.state else {}
+        angles, true = _read_angles(tester), tester.state.measure_wheel_angles() if tester.state else {}
         tester.repeat(partial(device.set_velocity, share * motor.max_velocity_rad_s), PULSE_S)
         device.stop()
         tester.wait(SETTLE_S)
@@ -104,7 +104,7 @@ def _build_question(tester: DeviceTester, motor: str, before: Mapping[str, float
     choices = {f"{key}{sign}": f"{label} {word}" for key, label in labels.values() for sign, word in signs}
 
     def answer(state: SimulationState) -> str | None:
-        turned = {name: angle - before[name] for name, angle in state.measure_wheels().items() if name in before}
+        turned = {name: angle - before[name] for name, angle in state.measure_wheel_angles().items() if name in before}
         first, *others = [*sorted(turned, key=lambda name: -abs(turned[name])), ""]
         if not first or abs(turned[first]) < LEAST_RAD:
             return NONE

@@ -110,9 +110,9 @@ def test_a_right_robot_works(tmp_path: Path) -> None:
 def test_each_motor_stands_after_its_pulse(tmp_path: Path) -> None:
     with open_tester(tmp_path, *WHEELS) as tester:
         assert tester.state
-        before = dict(tester.state.measure_wheels())
+        before = dict(tester.state.measure_wheel_angles())
         tester.wait(1.0)
-        assert tester.state.measure_wheels() == pytest.approx(before, abs=1e-3)
+        assert tester.state.measure_wheel_angles() == pytest.approx(before, abs=1e-3)
 
 
 def test_a_motor_without_wires_is_dead(tmp_path: Path) -> None:

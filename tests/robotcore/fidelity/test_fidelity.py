@@ -61,7 +61,7 @@ def without_truth(recording: Recording, **metadata: Any) -> Recording:
 
 
 def last(fidelity: Fidelity) -> Differences:
-    return fidelity.columns[-1].differences
+    return fidelity.simulations[-1].differences
 
 
 IMPERFECT = str(Path(__file__).parents[3] / "benchmarks" / "imperfect_rover.toml")
@@ -101,7 +101,7 @@ def test_other_drives_are_repeated_exactly(robot: str) -> None:
 
 
 def test_the_true_description_of_a_robot_brings_the_simulation_nearer(real: Recording, truth: str) -> None:
-    before, after = (each.differences for each in measure(real, robot=load_robot(truth)).columns)
+    before, after = (each.differences for each in measure(real, robot=load_robot(truth)).simulations)
     assert before.path
     assert after.path
     assert before.path.largest_m > 0.05
@@ -169,7 +169,7 @@ def test_contacts_that_the_recorded_run_did_not_have_are_noted(recording: Record
     walled = world.model_copy(update={"obstacles": (block, *world.obstacles[1:])})
     placed = [replace(each, pose=Pose(*start[:2], 0.0)) for each in recording.truth]
     fidelity = measure(replace(recording, truth=placed), world=walled)
-    assert fidelity.columns[0].run.contacts
+    assert fidelity.simulations[0].run.contacts
     check_text(fidelity.notes[-1])
 
 
