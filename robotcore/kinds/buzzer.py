@@ -76,8 +76,8 @@ class Buzzer(Actuator[float], ABC):
 
 
 def simulate(buzzer: BuzzerDescription, state: SimulationState) -> Callable[[float], None]:
-    """Return a function that stores the frequency that a simulated person hears."""
-    return partial(state.shown.__setitem__, buzzer.name)
+    """Return a function that stores the frequency of the tone that the buzzer plays, in Hz."""
+    return partial(state.indicator_commands.__setitem__, buzzer.name)
 
 
 def check_commands(_robot: Robot, buzzer: Buzzer) -> None:
@@ -109,7 +109,7 @@ def test_buzzers(test: DeviceTest, buzzers: Sequence[Any]) -> None:
 
 
 def _hear(name: str, state: SimulationState) -> str:
-    return "y" if state.shown.get(name, SILENCE) > SILENCE else "n"
+    return "y" if state.indicator_commands.get(name, SILENCE) > SILENCE else "n"
 
 
 KIND = Kind(

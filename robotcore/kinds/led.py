@@ -78,7 +78,7 @@ class Led(Actuator[Brightness], ABC):
 
 def simulate(led: LedDescription, state: SimulationState) -> Callable[[Brightness], None]:
     """Return a function that stores the brightness that a simulated person sees."""
-    return partial(state.shown.__setitem__, led.name)
+    return partial(state.indicator_commands.__setitem__, led.name)
 
 
 def check_commands(_robot: Robot, led: Led) -> None:
@@ -143,7 +143,7 @@ def _ask_colour(test: DeviceTest, light: LedDescription, command: Brightness, me
     test.repeat(partial(device.send, command), SHOW_S)
 
     def answer(state: SimulationState) -> str:
-        shown: Brightness = state.shown.get(light.name, OFF)
+        shown: Brightness = state.indicator_commands.get(light.name, OFF)
         lit = [key for key, brightness in zip(COLOURS, shown, strict=True) if brightness > 0.5]
         return lit[0] if len(lit) == 1 and light.is_rgb else "w" if lit else "n"
 

@@ -106,7 +106,7 @@ def simulate(sensor: LineSensorDescription, state: SimulationState) -> Callable[
     offsets = compute_offsets(sensor.count, sensor.spacing_m)
 
     def take(time: float, sequence: int) -> Darkness:
-        if (covered := state.touched.get(sensor.name)) is not None:
+        if (covered := state.touches.get(sensor.name)) is not None:
             return Darkness(tuple(float(number == covered) for number in range(sensor.count)), time, sequence)
         middle = state.joints.locate(sensor.mount).pose
         points = [middle.to_world(0.0, offset) for offset in offsets]
@@ -152,7 +152,7 @@ def _cover(test: DeviceTest, row: LineSensor, number: int) -> tuple[bool, ...] |
     """Return which sensors see black while the person covers one; None if no person does it."""
 
     def hold(state: SimulationState) -> None:
-        state.touched[row.name] = number
+        state.touches[row.name] = number
 
     place = f"sensor {number + 1} of {row.count} from the left"
     text = f"Put {row.name} above a white floor. Hold something black under {place}"
@@ -161,7 +161,7 @@ def _cover(test: DeviceTest, row: LineSensor, number: int) -> tuple[bool, ...] |
     test.wait(COVER_S)
     values = row.read().values
     if test.state:
-        test.state.touched.clear()
+        test.state.touches.clear()
     return tuple(value > THRESHOLD for value in values)
 
 

@@ -47,8 +47,8 @@ def draw_fidelity(fidelity: Fidelity) -> Image:
 def _draw_legend(canvas: Canvas, fidelity: Fidelity) -> float:
     """Draw a line for each run, and return the top of the charts in pixels."""
     y, rows = TOP + 10.0, [("recorded", "")]
-    for title, column in zip(list_titles(fidelity), fidelity.columns, strict=True):
-        path = column.differences.path
+    for title, simulation in zip(list_titles(fidelity), fidelity.simulations, strict=True):
+        path = simulation.differences.path
         rows.append((f"simulated, {title}", f"{path.end_m:.3f} m away at the end" if path else ""))
     for (title, words), colour in zip(rows, (RECORDED, *SIMULATED), strict=False):
         canvas.draw_line([(SIDE, y - 5), (SIDE + 40, y - 5)], colour, _WIDE)
@@ -61,8 +61,8 @@ def _draw_legend(canvas: Canvas, fidelity: Fidelity) -> float:
 def _draw_paths(fidelity: Fidelity) -> Image:
     recorded = fidelity.recording.metadata.description
     drawn: list[tuple[RobotDescription, RunData, Colour]] = [(recorded, fidelity.recorded.run, RECORDED)]
-    for column, colour in zip(fidelity.columns, SIMULATED, strict=False):
-        drawn.append((column.robot, column.run, colour))
+    for simulation, colour in zip(fidelity.simulations, SIMULATED, strict=False):
+        drawn.append((simulation.robot, simulation.run, colour))
     paths = [MapPath(robot, _build_track(run), {}, {"": colour}) for robot, run, colour in drawn]
     world = fidelity.world or build_empty_world([step.pose for path in paths for step in path.track.points])
     return draw_map(world, paths, MAP)
@@ -79,7 +79,7 @@ def _build_track(run: RunData) -> Track:
 def _list_charts(fidelity: Fidelity) -> Iterator[Chart]:
     """Yield the charts over the time of the run."""
     axis: dict[str, Any] = {"x_unit": "s", "x_range": (0.0, fidelity.duration_s)}
-    runs = [fidelity.recorded.run, *(column.run for column in fidelity.columns)]
+    runs = [fidelity.recorded.run, *(simulation.run for simulation in fidelity.simulations)]
     styles = list(zip((RECORDED, *SIMULATED), (_WIDE, _NARROW, _NARROW), strict=True))
     times = fidelity.recorded.run.times
     window = find_window(fidelity.commands, times, fidelity.encoder_step_rad)

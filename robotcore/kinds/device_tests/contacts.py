@@ -42,7 +42,7 @@ def _press(test: DeviceTest, contact: Any, contacts: Sequence[Any]) -> str | Non
         return None
 
     def hold(state: SimulationState) -> None:
-        state.touched[contact.name] = 0
+        state.touches[contact.name] = 0
 
     if not test.instruct(contact.name, "press", f"Press Enter, and then press {contact.name} for a moment", hold):
         test.skip(contact.name, "no person presses it")
@@ -57,7 +57,7 @@ def _press(test: DeviceTest, contact: Any, contacts: Sequence[Any]) -> str | Non
     test.wait_until(has_reacted, timeout)
     test.wait_until(lambda: has_reacted() and False, HOLD_S)
     if test.state:
-        test.state.touched.clear()
+        test.state.touches.clear()
         test.wait(HOLD_S)
     if not reacted:
         test.fail(contact.name, "does not react to a press", "Check its wires and its pin", "contact-dead")

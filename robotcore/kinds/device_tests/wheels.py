@@ -79,7 +79,7 @@ def _turn(test: DeviceTest, motor: Any) -> _Pulse:
     device: Any = test.robot[motor.name]
     pulse = _Pulse(motor.name, None, 0, is_seen=False, encoder=None, encoder_direction=0)
     for share in SPEEDS:
-        angles, true = _read_angles(test), test.state.measure_wheels() if test.state else {}
+        angles, true = _read_angles(test), test.state.measure_wheel_angles() if test.state else {}
         test.repeat(partial(device.set_velocity, share * motor.max_velocity_rad_s), PULSE_S)
         device.stop()
         test.wait(SETTLE_S)
@@ -104,7 +104,7 @@ def _build_question(test: DeviceTest, motor: str, before: Mapping[str, float]) -
     choices = {f"{key}{sign}": f"{label} {word}" for key, label in labels.values() for sign, word in signs}
 
     def answer(state: SimulationState) -> str | None:
-        turned = {name: angle - before[name] for name, angle in state.measure_wheels().items() if name in before}
+        turned = {name: angle - before[name] for name, angle in state.measure_wheel_angles().items() if name in before}
         first, *others = [*sorted(turned, key=lambda name: -abs(turned[name])), ""]
         if not first or abs(turned[first]) < LEAST_RAD:
             return NONE

@@ -110,9 +110,9 @@ def test_a_right_robot_works(tmp_path: Path) -> None:
 def test_each_motor_stands_after_its_pulse(tmp_path: Path) -> None:
     with open_test(tmp_path, *WHEELS) as test:
         assert test.state
-        before = dict(test.state.measure_wheels())
+        before = dict(test.state.measure_wheel_angles())
         test.wait(1.0)
-        assert test.state.measure_wheels() == pytest.approx(before, abs=1e-3)
+        assert test.state.measure_wheel_angles() == pytest.approx(before, abs=1e-3)
 
 
 def test_a_motor_without_wires_is_dead(tmp_path: Path) -> None:
@@ -183,6 +183,7 @@ def narrow(robot: Table) -> None:
     robot[SECTION]["pan"] |= {"min_pulse_s": 0.0011667}
 
 
+@pytest.mark.slow
 def test_a_servo_that_stops_before_its_limit_gets_a_narrower_range(tmp_path: Path) -> None:
     with open_test(tmp_path, "pan", truth=narrow) as test:
         assert kinds(test) == {"pan": ["servo-angles", "servo-limit"]}

@@ -147,6 +147,7 @@ def test_signal_between_two_calls_reaches_the_handler_of_the_program_only(receiv
     assert robot.result.outcome is Outcome.SUCCESS
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("number, error", [(signal.SIGINT, KeyboardInterrupt), (signal.SIGTERM, Interrupted)])
 def test_signal_while_a_lost_robot_is_closed_acts_after_it(
     monkeypatch: pytest.MonkeyPatch, number: int, error: type[BaseException]

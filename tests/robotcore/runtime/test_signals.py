@@ -226,6 +226,7 @@ def start() -> Iterator[Starter]:
         yield run
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     "app, number",
     [

@@ -43,12 +43,12 @@ def test_each_measure_has_a_row_and_an_unknown_one_has_a_dash(fidelity: Fidelity
     rows = {row[0]: row[1:] for row in build_rows(fidelity)}
     assert list(rows)[:4] == ["path, at the end", "path, largest", "path, mean", "path, heading"]
     assert {"left wheel, RMS", "right wheel, largest", "nose, median", "nose, no echo", "eye, grey"} <= rows.keys()
-    first, second = fidelity.columns
+    first, second = fidelity.simulations
     other = replace(second, differences=replace(second.differences, path=None, ranges={}))
-    rows = {row[0]: row[1:] for row in build_rows(replace(fidelity, columns=(first, other)))}
+    rows = {row[0]: row[1:] for row in build_rows(replace(fidelity, simulations=(first, other)))}
     assert rows["path, mean"][1] == rows["nose, median"][1] == "–"
     one = replace(first, differences=replace(first.differences, path=None))
-    assert "path, mean" not in {row[0] for row in build_rows(replace(fidelity, columns=(one, other)))}
+    assert "path, mean" not in {row[0] for row in build_rows(replace(fidelity, simulations=(one, other)))}
 
 
 def test_texts_of_a_recording_are_escaped(fidelity: Fidelity, check_text: CheckText) -> None:
@@ -58,6 +58,7 @@ def test_texts_of_a_recording_are_escaped(fidelity: Fidelity, check_text: CheckT
     check_text(render(replace(fidelity, recording=recording, notes=("\x1b]0;PWNED\x07",))).splitlines()[0])
 
 
+@pytest.mark.slow
 def test_the_picture_shows_all_paths_and_charts(fidelity: Fidelity) -> None:
     picture = draw_fidelity(fidelity)[:, :, ::-1]
     assert picture.shape == (1000, 1600, 3)
@@ -65,9 +66,10 @@ def test_the_picture_shows_all_paths_and_charts(fidelity: Fidelity) -> None:
     for colour in (RECORDED, *SIMULATED):
         for part in (world, side):
             assert (part == colour).all(axis=2).sum() > 50
-    one = draw_fidelity(replace(fidelity, columns=fidelity.columns[:1]))[:, :, ::-1]
+    one = draw_fidelity(replace(fidelity, simulations=fidelity.simulations[:1]))[:, :, ::-1]
     assert not (one == SIMULATED[1]).all(axis=2)[:, SIDE:].any()
 
 
+@pytest.mark.slow
 def test_a_run_without_a_world_is_drawn_on_an_empty_floor(fidelity: Fidelity) -> None:
     assert draw_fidelity(replace(fidelity, world=None)).shape == (1000, 1600, 3)
