@@ -72,8 +72,9 @@ class RobotChanges:
             return
         self._diff = self._editor.diff
         if self._is_writing and not self._reason:
+            self._reason = "it could not be written"
             self._editor.write(backend.check)
-            self.is_written = True
+            self._reason, self.is_written = "", True
         else:
             backend.check(self._editor.parse())
 

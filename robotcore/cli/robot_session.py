@@ -12,7 +12,7 @@ import click
 
 from robotcore.cli.command_classes import AnsweringCommand
 from robotcore.cli.options import Command, backend_option, host_option, merge_options, port_option
-from robotcore.cli.output import as_json, redirect_prints, write_json, write_line
+from robotcore.cli.output import as_json, redirect_prints, write_error, write_json, write_line
 from robotcore.cli.person import TerminalPerson
 from robotcore.cli.robot_changes import RobotChanges
 from robotcore.errors import Interrupted, RobotcoreError
@@ -212,15 +212,15 @@ class RobotSession:
         write_results: writes the results as text.
         is_right: whether the robot's file is right if there are no changes.
 
-        Raises the error that has ended `measure`.
+        Raises the error that has ended `measure`, also if a file cannot be written.
         """
-        self.changes.finish(self.backend)
-        has_plot = self._plot is not None and bool(self.charts)
-        if self._plot and has_plot:
-            from robotcore.view.chart import save_charts
-
-            heading = f"{subject} of {self.description.name} on {self.backend.name}"
-            save_charts(self._plot, heading, self.charts, PLOT)
+        try:
+            self.changes.finish(self.backend)
+            self._save_charts(subject)
+        except RobotcoreError as error:
+            if self.error is None:
+                raise
+            write_error(error)
         names = {"robot": self.description.name, "backend": self.backend.name}
         whole = {**names, **answer, **self.changes.to_dict()}
         if self.error:
@@ -230,8 +230,15 @@ class RobotSession:
         if not self.as_json:
             write_results()
             self.changes.show(is_right=is_right and not self.error)
-            if has_plot:
+            if self._plot and self.charts:
                 write_line(f"The plot: {self._plot}")
         if self.error:
             raise self.error
         return status
+
+    def _save_charts(self, subject: str) -> None:
+        if self._plot and self.charts:
+            from robotcore.view.chart import save_charts
+
+            heading = f"{subject} of {self.description.name} on {self.backend.name}"
+            save_charts(self._plot, heading, self.charts, PLOT)

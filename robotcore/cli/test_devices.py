@@ -6,12 +6,13 @@ import math
 from collections.abc import Iterable, Mapping, Sequence
 from contextlib import ExitStack, suppress
 from dataclasses import asdict
+from functools import partial
 from typing import TYPE_CHECKING, Any
 
 import click
 
 from robotcore.cli.options import parse_pair
-from robotcore.cli.output import redirect_prints, write_finding
+from robotcore.cli.output import write_finding
 from robotcore.cli.person import TerminalPerson
 from robotcore.cli.robot_changes import RobotChanges
 from robotcore.cli.robot_session import BENCH, MeasuringCommand, RobotSession, robot_session_options
@@ -87,7 +88,8 @@ def command(names: tuple[str, ...], answers: tuple[tuple[str, str], ...], **valu
 
     In a simulator, the truth answers. On virtualpi, --option truth=FILE is a robot whose wires differ from its file.
 
-    Exit status: 0 all devices work, or all mistakes were written to the file; 1 a device has a mistake.
+    After an e-stop, Ctrl-C or an error, the findings and the changes of before are shown, but not written. Exit status:
+    0 all devices work, or all mistakes were written to the file; 1 a device has a mistake.
     """
     session = RobotSession(**values)
     devices = [device.name for device in session.description.devices if device.kind not in UNTESTED_KINDS]
@@ -99,8 +101,9 @@ def command(names: tuple[str, ...], answers: tuple[tuple[str, str], ...], **valu
     from robotcore.device_test.corrections import Corrections
 
     report = _Report(Corrections(session.description, session.backend))
-    with redirect_prints(as_json=session.as_json):
-        _test(session, report, person, names or devices)
+    session.measure(partial(_test, session, report, person, names or devices))
+    if session.error:
+        session.changes.refuse("the test did not reach its end")
     _apply(session.changes, report.corrections)
     has_errors = any(finding.level.value == "error" for finding in report.findings)
     session.changes.finish(session.backend)

@@ -171,6 +171,23 @@ def test_distances_before_an_interruption_are_shown_and_not_written(
     assert Path(own).read_text() == before
 
 
+def test_a_file_that_cannot_be_written_does_not_replace_the_error_of_an_interruption(
+    tmp_path: Path, cli: Cli, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    own = write(tmp_path)
+
+    def change_file() -> None:
+        write(tmp_path, ("# On a Raspberry Pi", "# On my Raspberry Pi"))
+        press()
+
+    interrupt(monkeypatch, "robotcore.calibration.camera.measuring.take_pictures", 3, change_file)
+    answer = cli("calibrate", "camera", "--robot", own, *SIMULATED, "--only", "noise", "--only", "colour", "--write")
+    assert answer.status == 4
+    assert "another program has changed the file" in answer.err
+    assert "e-stop" in answer.err.splitlines()[-1]
+    assert f"{own} stays as it is: it could not be written." in answer.out
+
+
 def test_an_interruption_without_a_result_is_only_an_error(
     tmp_path: Path, cli: Cli, monkeypatch: pytest.MonkeyPatch
 ) -> None:

@@ -192,6 +192,7 @@ def test_a_servo_that_stops_before_its_limit_gets_a_narrower_range(tmp_path: Pat
         assert not test.has_uncorrected_errors
 
 
+@pytest.mark.slow
 def test_the_limit_of_a_servo_stays_if_no_setting_corrects_its_pulses(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
