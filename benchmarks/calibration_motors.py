@@ -30,7 +30,7 @@ from benchmarks.calibration_robots import KEYS, Patient, draw_patient, measure_a
 from benchmarks.report import parse_options, print_table
 from robotcore.calibration.corrections import apply_corrections
 from robotcore.calibration.motors.measurement import Method, MotorResult, measure_motors
-from robotcore.calibration.motors.motor_corrections import correct_motor
+from robotcore.calibration.motors.motor_corrections import list_motor_corrections
 from robotcore.description.editing import RobotEditor
 from robotcore.sweep.engine import count_cores
 
@@ -120,7 +120,7 @@ def calibrate(patient: Patient, method: Method, seed: int) -> list[MotorResult]:
     runner = open_runner(patient, seed)
     results = measure_motors(runner, method)
     editor = RobotEditor(patient.own)
-    apply_corrections(editor, [each for result in results for each in correct_motor(result, runner.robot)])
+    apply_corrections(editor, [each for result in results for each in list_motor_corrections(result, runner.robot)])
     editor.write(runner.robot.backend.check)
     return results
 

@@ -15,7 +15,7 @@ from robotcore import RunRequest, run
 from robotcore.autonomy.manoeuvres import straight
 from robotcore.autonomy.routines import Routine
 from robotcore.calibration.calibrated_robot import CalibratedRobot
-from robotcore.calibration.excitation import TruthKeeper
+from robotcore.calibration.excitation import TruePoseObserver
 from robotcore.calibration.excitation_runs import Displacement, ExcitationRunner
 from robotcore.description import read_shipped
 from robotcore.description.editing import RobotEditor
@@ -115,13 +115,13 @@ class InaccurateTape(ExcitationRunner):
 
     draw = Random(0)
 
-    def read_displacement(self, keeper: TruthKeeper) -> Displacement | None:
+    def read_displacement(self, keeper: TruePoseObserver) -> Displacement | None:
         if (true := super().read_displacement(keeper)) is None:
             return None
         seen = Pose(0.0, 0.0, self.draw.gauss(0.0, ALIGNMENT_RAD)).to_local(*true)
         return Displacement(*(self.draw.gauss(each, TAPE_M) for each in seen))
 
-    def read_turn(self, keeper: TruthKeeper) -> float | None:
+    def read_turn(self, keeper: TruePoseObserver) -> float | None:
         return None if (true := super().read_turn(keeper)) is None else self.draw.gauss(true, ANGLE_RAD)
 
 
@@ -156,7 +156,7 @@ def measure_aside_m(patient: Patient, distance_m: float, speed_m_s: float, *, ho
 
     A robot whose file has a dead band that is too narrow may get stuck shortly before the end.
     """
-    keeper = TruthKeeper()
+    keeper = TruePoseObserver()
     app = DriveStraight(distance_m, speed_m_s, holds_heading=holds_heading)
     result = patient_run(RunRequest(app, BACKEND, patient.own, WORLD, options={"truth": patient.truth}), [keeper])
     assert result.error is None or result.error.kind == BlockedError.kind, result.error  # type: ignore[attr-defined]

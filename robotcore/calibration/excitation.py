@@ -163,8 +163,8 @@ class Excitation(Behaviour):
             self.log.add(sensor.name, echo.time, echo.distance)
 
 
-class TruthKeeper:
-    """An observer that keeps the true poses at the beginning and at the end of a run, if a simulator knows them."""
+class TruePoseObserver:
+    """An observer that stores the true poses at the start and at the end of a run on a simulator."""
 
     def __init__(self) -> None:
         self.start: Pose | None = None

@@ -6,7 +6,7 @@ from collections.abc import Callable, Collection, Sequence
 from typing import NamedTuple, Protocol
 
 from robotcore.calibration.calibrated_robot import EXCITATION_KINDS, CalibratedRobot
-from robotcore.calibration.excitation import Excitation, ExcitationStep, TruthKeeper
+from robotcore.calibration.excitation import Excitation, ExcitationStep, TruePoseObserver
 from robotcore.description import Drive
 from robotcore.errors import CalibrationError
 from robotcore.runtime.observer import Observer
@@ -124,10 +124,10 @@ class ExcitationRunner:
             "and mark the middle of its axle"
         )
         self.prepare(instruction, has_question=True)
-        keeper = TruthKeeper()
+        observer = TruePoseObserver()
         steps = [ExcitationStep(REST_S), ExcitationStep(duration_s, command, command), ExcitationStep(settle_s)]
-        excitation = self.excite(steps, [keeper], takes_duties=takes_duties)
-        if moved := self.read_displacement(keeper):
+        excitation = self.excite(steps, [observer], takes_duties=takes_duties)
+        if moved := self.read_displacement(observer):
             return moved, excitation
         along = self.person.ask(
             f"{title}: the distance that the middle of the axle has moved along the line, in metres"
@@ -135,13 +135,13 @@ class ExcitationRunner:
         beside = self.person.ask(f"{title}: its distance from the line in metres, positive to the left")
         return Displacement(along if command > 0 else -abs(along), beside), excitation
 
-    def read_displacement(self, keeper: TruthKeeper) -> Displacement | None:
+    def read_displacement(self, observer: TruePoseObserver) -> Displacement | None:
         """Return how far a simulated robot has moved by its ground truth; None on a real robot."""
-        return Displacement(*keeper.displacement) if keeper.displacement else None
+        return Displacement(*observer.displacement) if observer.displacement else None
 
-    def read_turn(self, keeper: TruthKeeper) -> float | None:
+    def read_turn(self, observer: TruePoseObserver) -> float | None:
         """Return by how much a simulated robot has turned by its ground truth, in radians; None on a real robot."""
-        return None if keeper.start is None else keeper.turned
+        return None if observer.start is None else observer.turned
 
     def prepare(self, instruction: str, *, has_question: bool = False) -> None:
         """Ask the person to prepare a real robot, and wait until it is done. See `Person.prepare`."""

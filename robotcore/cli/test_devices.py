@@ -43,19 +43,22 @@ class AnsweringPerson:
         self._person, self._answers = person, dict(answers)
 
     def answer(self, device: str, question: Question) -> str | float | None:
-        given = self._answers.get(f"{device}.{question.topic}")
+        name = f"{device}.{question.topic}"
+        given = self._answers.get(name)
         if given is None:
+            prompt = f"{name}: {question.text}"
             if question.choices:
-                return self._person.choose(question.text, question.choices)
-            return self._person.read_number(f"{question.text} (Enter = skip):")
+                return self._person.choose(prompt, question.choices)
+            return self._person.read_number(f"{prompt} (Enter = skip):")
         if question.choices and given not in question.choices:
-            raise UnknownNameError(f"answer to {device}.{question.topic}", given, list(question.choices))
+            raise UnknownNameError(f"answer to {name}", given, list(question.choices))
         return given if question.choices else _parse_number(device, question.topic, given)
 
     def follow(self, device: str, topic: str, instruction: str) -> bool:
-        if (given := self._answers.get(f"{device}.{topic}")) is not None:
+        name = f"{device}.{topic}"
+        if (given := self._answers.get(name)) is not None:
             return given != "skip"
-        return self._person.read_line(f"{instruction}. [Enter = ready, s = skip]") == ""
+        return self._person.read_line(f"{name}: {instruction}. [Enter = ready, s = skip]") == ""
 
 
 def _parse_number(device: str, topic: str, answer: str) -> float:
@@ -80,16 +83,17 @@ def _parse_number(device: str, topic: str, answer: str) -> float:
 def command(names: tuple[str, ...], answers: tuple[tuple[str, str], ...], **values: Any) -> int:
     """Test each device of a robot, and correct its file.
 
-    The wheels must be off the ground. It finds swapped sides and directions of motors and encoders, dead devices, wrong
-    colours and mirrored pictures of cameras, directions and limits of servos, buttons, bumpers, lights, buzzers, line
-    sensors, range sensors and IMUs. It moves each device slowly and for a short time, says what should happen, and asks
-    what has happened. Encoders measure what they can. Press Enter to skip a question. In a terminal, the space bar
-    stops everything.
+    Lift the wheels off the ground. The command finds swapped sides and directions of motors and encoders, dead devices,
+    wrong colours and mirrored pictures of cameras, directions and limits of servos, buttons, bumpers, lights, buzzers,
+    line sensors, range sensors and IMUs. It moves each device slowly and for a short time, says what should happen, and
+    asks what has happened. Encoders measure what they can. Press Enter to skip a question. In a terminal, the space bar
+    stops every motor and ends the test. Each question begins with the name that --answer takes.
 
-    In a simulator, the truth answers. On virtualpi, --option truth=FILE is a robot whose wires differ from its file.
+    In a simulator, the state of the simulated robot answers the questions. On virtualpi, --option truth=FILE simulates
+    the robot of FILE, whose wires may differ from those of --robot.
 
     After an e-stop, Ctrl-C or an error, the findings and the changes of before are shown, but not written. Exit status:
-    0 all devices work, or all mistakes were written to the file; 1 a device has a mistake.
+    0 no device has a mistake, or all mistakes were written to the file; 1 a device has a mistake.
     """
     session = RobotSession(**values)
     devices = [device.name for device in session.description.devices if device.kind not in UNTESTED_KINDS]

@@ -119,15 +119,15 @@ class LiveDeviceTest(DeviceTest):
         self.add(Finding.error(device, message, f"The changes set {_list(settings)}", kind=kind or mistake))
         return True
 
-    def reconnect(self, sources: Mapping[str, str], message: str, *, remedy: str, kind: str) -> None:
+    def swap_tables(self, sources: Mapping[str, str], message: str, *, remedy: str, kind: str) -> None:
         names = " and ".join(sorted(sources))
         if self._corrections.swap(sources):
             self.add(Finding.error(min(sources), message, f"The changes swap the tables of {names}", kind=kind))
         else:
             self.fail(min(sources), message, remedy, kind)
 
-    def describe(self, device: str, message: str, *, remedy: str, kind: str, **values: Any) -> None:
-        self._corrections.describe(device, values)
+    def correct_description(self, device: str, message: str, *, remedy: str, kind: str, **values: Any) -> None:
+        self._corrections.correct_description(device, values)
         self.add(Finding.error(device, message, f"The changes set {_list(values)}", kind=kind))
 
     def has_own_direction(self, device: str) -> bool:

@@ -1,6 +1,6 @@
 """The interface by which a kind of device tests its devices on a robot, for `robotcore test-devices`.
 
-The mistakes that a test finds have names, by which `DeviceDriver.correct` knows them.
+The mistakes that a test finds have names, which `DeviceDriver.correct` gets.
 """
 
 from __future__ import annotations
@@ -30,7 +30,7 @@ The observation is a list with the number of the part whose wire belongs to each
 reversed.
 """
 
-MIRRORED, UPSIDE_DOWN, ROTATED = "mirrored", "upside-down", "rotated"
+FLIPPED_HORIZONTALLY, FLIPPED_VERTICALLY, ROTATED_180 = "mirrored", "upside-down", "rotated"
 """The columns, the rows, or both, of a camera's pictures have the opposite order."""
 
 RED_AND_BLUE_SWAPPED = "red-and-blue-swapped"
@@ -112,7 +112,7 @@ class DeviceTest(ABC):
         """
 
     @abstractmethod
-    def reconnect(self, sources: Mapping[str, str], message: str, *, remedy: str, kind: str) -> None:
+    def swap_tables(self, sources: Mapping[str, str], message: str, *, remedy: str, kind: str) -> None:
         """Add an error for devices whose wires are swapped, and give each device the table of another one.
 
         sources: the name of the device whose wires belong to each device, by its name.
@@ -120,7 +120,7 @@ class DeviceTest(ABC):
         """
 
     @abstractmethod
-    def describe(self, device: str, message: str, *, remedy: str, kind: str, **values: Any) -> None:
+    def correct_description(self, device: str, message: str, *, remedy: str, kind: str, **values: Any) -> None:
         """Add an error for values of the device's description, and correct them."""
 
     @abstractmethod

@@ -145,7 +145,7 @@ def test_rows(test: DeviceTest, rows: Sequence[Any]) -> None:
         if None in reactions:
             test.skip(row.name, "no person covers its sensors")
             continue
-        _judge_row(test, row, numbers, [reaction for reaction in reactions if reaction is not None])
+        _report_row(test, row, numbers, [reaction for reaction in reactions if reaction is not None])
 
 
 def _cover(test: DeviceTest, row: LineSensor, number: int) -> tuple[bool, ...] | None:
@@ -165,7 +165,7 @@ def _cover(test: DeviceTest, row: LineSensor, number: int) -> tuple[bool, ...] |
     return tuple(value > THRESHOLD for value in values)
 
 
-def _judge_row(
+def _report_row(
     test: DeviceTest, row: LineSensorDescription, numbers: Sequence[int], reactions: Sequence[tuple[bool, ...]]
 ) -> None:
     is_inverted = sum(map(sum, reactions)) > len(reactions) * row.count / 2

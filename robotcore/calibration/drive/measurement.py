@@ -19,7 +19,7 @@ from robotcore.calibration.drive.geometry_fit import (
     fit_track,
 )
 from robotcore.calibration.drive.room_profile import fit_full_turn
-from robotcore.calibration.excitation import Excitation, ExcitationStep, Side, TruthKeeper
+from robotcore.calibration.excitation import Excitation, ExcitationStep, Side, TruePoseObserver
 from robotcore.calibration.excitation_runs import ExcitationRunner
 from robotcore.calibration.least_squares import Array, Estimate, fit_linear
 from robotcore.description import AckermannDrive
@@ -173,13 +173,13 @@ def _spin_once(
     near = ", within 1 m of a wall" if turns_by is Reference.WALL else ""
     instruction = f"{title}: {where}{mark}{near}. It turns {abs(turns)} times on the spot"
     runner.prepare(instruction, has_question=turns_by is Reference.TAPE)
-    keeper = TruthKeeper()
+    observer = TruePoseObserver()
     kinds = EXCITATION_KINDS | ({"range_sensor"} if turns_by is Reference.WALL else set())
     steps = [rest, ExcitationStep(duration, -command, command), rest]
-    excitation = runner.excite(steps, [keeper], takes_duties=False, kinds=kinds)
+    excitation = runner.excite(steps, [observer], takes_duties=False, kinds=kinds)
     left, right = (_measure_wheel(runner, excitation, side) for side in ("left", "right"))
     measure: dict[Reference, Callable[[], Estimate]] = {
-        Reference.TAPE: lambda: _ask_turn(runner, keeper, turns, title),
+        Reference.TAPE: lambda: _ask_turn(runner, observer, turns, title),
         Reference.IMU: lambda: _read_gyro(runner, excitation),
         Reference.WALL: lambda: _compare_distances(runner, excitation, track_m, radius_m),
     }
@@ -187,8 +187,8 @@ def _spin_once(
     return Spin(left, right, turn.value, turn.deviation)
 
 
-def _ask_turn(runner: ExcitationRunner, keeper: TruthKeeper, turns: int, title: str) -> Estimate:
-    if (turned := runner.read_turn(keeper)) is not None:
+def _ask_turn(runner: ExcitationRunner, observer: TruePoseObserver, turns: int, title: str) -> Estimate:
+    if (turned := runner.read_turn(observer)) is not None:
         return Estimate(turned, TAPE_ERROR_RAD)
     beyond = runner.person.ask(
         f"{title}: the angle from the line to the robot's direction now, in degrees, positive to the left"

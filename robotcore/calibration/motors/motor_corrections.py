@@ -28,7 +28,7 @@ The dead band is in rad/s. The gains are factors without a unit.
 """
 
 
-def correct_motor(result: MotorResult, robot: CalibratedRobot) -> list[Correction]:
+def list_motor_corrections(result: MotorResult, robot: CalibratedRobot) -> list[Correction]:
     """Return the values of a motor in the robot's file, with the measured ones.
 
     They are shares of the full duty, rad/s and seconds, as the suffixes of their keys say.
@@ -51,8 +51,9 @@ def _correct_settings(
         return
     if (model := robot.models.get(name)) is None:
         assert robot.description.drive
-        has_other = result.instrument in robot.description.drive.encoders or not robot.description.drive.encoders
-        if has_other and (trim := robot.trims.get(name)) is not None:
+        # Only with its own encoder, a wheel of another size does not look like a motor of another velocity.
+        can_correct_trim = result.instrument in robot.description.drive.encoders or not robot.description.drive.encoders
+        if can_correct_trim and (trim := robot.trims.get(name)) is not None:
             yield _correct_trim(result, robot.full_rad_s, (section, name), trim)
         return
     place = (section, name, "model")

@@ -26,7 +26,7 @@ RATE_HZ = 50.0
 """The number of ticks in a second. No camera of a robot is faster."""
 
 
-@click.command("camera", cls=MeasuringCommand)
+@click.command("camera", cls=MeasuringCommand, short_help="Measure a camera: lens, noise, delay, colour.")
 @robot_session_options(BENCH)
 @click.option("--camera", "name", metavar="NAME", help="The name of the camera. Default: the first one.")
 @click.option("--only", "parts", type=click.Choice(PARTS), multiple=True, help="Measure only this part. Repeatable.")
@@ -40,7 +40,10 @@ RATE_HZ = 50.0
     help="Take the pictures of the board from a recording.",
 )
 @click.option(
-    "--colour", default="green", show_default=True, help="About which colour the object has: name or degrees."
+    "--colour",
+    default="green",
+    show_default=True,
+    help="The approximate colour of the object: a name, or a hue in degrees.",
 )
 def command(
     name: str | None,

@@ -139,14 +139,14 @@ class CameraParts:
 
     def measure_board(self, board: Board, live: LiveRobot, device: Camera) -> None:
         """Fit the lens to pictures of a board that the person moves."""
-        from robotcore.calibration.camera.measuring import BoardWatch
+        from robotcore.calibration.camera.measuring import BoardViewCollector
 
         write_line(
             "Move the board slowly: to each corner of the picture, near and far, and tilted by 30° to each side. Hold "
             "it still for a moment in each place. Ctrl-C ends the command.",
             is_error=True,
         )
-        watch = BoardWatch(device, board)
+        watch = BoardViewCollector(device, board)
         begin = live.clock.now()
         while not watch.is_complete and live.clock.now() - begin < MAX_WATCH_S:
             live.wait(WATCH_STEP_S)

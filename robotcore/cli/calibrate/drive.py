@@ -18,7 +18,7 @@ if TYPE_CHECKING:
     from robotcore.description import Drive
 
 
-@click.command("drive", cls=MeasuringCommand)
+@click.command("drive", cls=MeasuringCommand, short_help="Measure the wheel radius and the track.")
 @robot_session_options(OPEN)
 @click.option(
     "--straight-by",
@@ -44,19 +44,19 @@ if TYPE_CHECKING:
 def command(straight_by: str, turns_by: str | None, distance_m: float, turns: int, **values: Any) -> int:
     """Measure the wheel radius and the track of a robot, and correct the robot's file.
 
-    The robot drives straight, and turns on the spot. Calibrate the motors first. In a simulator, the ground truth is
-    the tape measure.
+    The robot drives straight, and turns on the spot. Calibrate the motors first. In a simulator, the true pose
+    replaces the tape measure.
     """
     from robotcore.calibration.corrections import apply_corrections
     from robotcore.calibration.drive.drive_chart import build_drive_charts
-    from robotcore.calibration.drive.drive_corrections import correct_drive
+    from robotcore.calibration.drive.drive_corrections import list_drive_corrections
     from robotcore.calibration.drive.measurement import Reference, measure_drive
 
     session = RobotSession(**values, default_world=OPEN)
     runner = build_runner(session)
     turn_reference = Reference(turns_by or ("imu" if session.description.first_of("imu") else "tape"))
     result = measure_drive(runner, Reference(straight_by), turn_reference, distance_m, turns)
-    corrections = correct_drive(result, runner.drive)
+    corrections = list_drive_corrections(result, runner.drive)
     apply_corrections(session.changes, corrections)
     session.charts += build_drive_charts(result, runner.drive)
     answer = {"robot": session.robot, **_to_dict(result), "corrections": [each.to_dict() for each in corrections]}
@@ -65,7 +65,7 @@ def command(straight_by: str, turns_by: str | None, distance_m: float, turns: in
 
 def _write_result(result: DriveResult, corrections: list[Correction], drive: Drive) -> None:
     rows = (
-        (each.key, f"{each.old:g}", f"{each.new:g}", f"{each.measured.deviation:.2g}", "is corrected" * each.is_needed)
+        (each.key, f"{each.old:g}", f"{each.new:g}", f"{each.measured.deviation:.2g}", "differs" * each.is_needed)
         for each in corrections
     )
     write_table(("property", "in the file", "measured", "±", ""), rows)

@@ -28,7 +28,7 @@ PIVOT = (
 )
 
 
-@click.command("motors", cls=MeasuringCommand)
+@click.command("motors", cls=MeasuringCommand, short_help="Measure the motors: dead band, velocities, lag.")
 @robot_session_options(OPEN)
 @click.option(
     "--by",
@@ -40,13 +40,13 @@ PIVOT = (
 def command(method: str | None, distance_m: float, **values: Any) -> int:
     """Measure the dead band, the velocities and the lag of the motors of a drive, and correct the robot's file.
 
-    The robot turns its wheels at several duties, on a stand or in an open space. In a simulator, the ground truth is
-    the tape measure.
+    The robot turns its wheels at several duties, on a stand or in an open space. In a simulator, the true pose
+    replaces the tape measure.
     """
     from robotcore.calibration.corrections import apply_corrections
     from robotcore.calibration.motors.measurement import Method, choose_method, measure_motors
     from robotcore.calibration.motors.motor_chart import build_motor_charts
-    from robotcore.calibration.motors.motor_corrections import correct_motor
+    from robotcore.calibration.motors.motor_corrections import list_motor_corrections
 
     session = RobotSession(**values, default_world=OPEN)
     runner = build_runner(session)
@@ -55,7 +55,7 @@ def command(method: str | None, distance_m: float, **values: Any) -> int:
     if chosen is not Method.TAPE:
         runner.prepare(FLOOR if chosen is Method.ENCODER else PIVOT)
     results = measure_motors(runner, chosen, distance_m)
-    corrections = [each for result in results for each in correct_motor(result, robot)]
+    corrections = [each for result in results for each in list_motor_corrections(result, robot)]
     apply_corrections(session.changes, corrections)
     session.charts += build_motor_charts(results, robot.models)
     answer = {
@@ -104,7 +104,7 @@ def _list_cells(
         old = f"{correction.old:g}" if correction else ""
         value = f"{correction.new:g}" if correction else f"{estimate.rounded:g}"
         is_wrong = correction is not None and correction.is_needed
-        yield words, old, value, f"{estimate.deviation:.2g}", "is corrected" if is_wrong else ""
+        yield words, old, value, f"{estimate.deviation:.2g}", "differs" if is_wrong else ""
 
 
 def _to_dict(result: MotorResult) -> dict[str, Any]:

@@ -16,7 +16,7 @@ from robotcore.cli.robot_session import BENCH, MeasuringCommand, RobotSession, r
 from robotcore.errors import CalibrationError, UsageError
 
 if TYPE_CHECKING:
-    from robotcore.calibration.range_sensor import RangeFit, Stop
+    from robotcore.calibration.range_sensor import RangeFit, WallSamples
     from robotcore.cli.person import TerminalPerson
     from robotcore.interactive.live_robot import LiveRobot
     from robotcore.kinds.range_sensor import RangeSensorDescription
@@ -24,7 +24,7 @@ if TYPE_CHECKING:
 RATE_HZ = 50.0
 """The number of ticks in a second, so that no sample is missed."""
 
-STOPS = 6
+DISTANCES = 6
 """The number of distances at which a robot stops that drives towards the wall."""
 
 NEAR_M = 0.25
@@ -46,14 +46,14 @@ def _parse_distances(_context: click.Context, _parameter: click.Parameter, value
     return distances
 
 
-@click.command("range", cls=MeasuringCommand)
+@click.command("range", cls=MeasuringCommand, short_help="Measure the errors of a range sensor.")
 @robot_session_options(BENCH)
 @click.option("--sensor", "name", metavar="NAME", help="The name of the range sensor. Default: the first one.")
 @click.option(
     "--distances",
     metavar="METRES,…",
     callback=_parse_distances,
-    help="The distances from the sensor to the wall by a tape measure. Default: they are asked.",
+    help="The distances from the sensor to the wall by a tape measure. Default: the command asks for them.",
 )
 @click.option(
     "--drive",
@@ -80,18 +80,18 @@ def command(name: str | None, distances: tuple[float, ...], start: float | None,
     session = RobotSession(**values)
     sensor: RangeSensorDescription = session.find_device("range_sensor", name)
     is_driving = _decide_driving(session, distances, start)
-    stops: list[Stop] = []
-    session.measure(partial(_measure, session, sensor, stops, distances, start, seconds, is_driving=is_driving))
+    walls: list[WallSamples] = []
+    session.measure(partial(_measure, session, sensor, walls, distances, start, seconds, is_driving=is_driving))
     try:
-        fit = fit_range(stops, sensor)
+        fit = fit_range(walls, sensor)
     except CalibrationError as error:
         raise (session.error or error) from None
     if session.error:
         session.changes.refuse("the measurement did not reach its end")
     notes = _apply(session, sensor, fit)
     session.charts.append(build_error_chart(fit, sensor.name))
-    results = [{**_drop_nan(asdict(each)), "loss": each.loss} for each in fit.stops]
-    answer = {"sensor": sensor.name, **asdict(fit), "stops": results}
+    results = [{**_drop_nan(asdict(each)), "loss": each.loss} for each in fit.walls]
+    answer = {"sensor": sensor.name, **asdict(fit), "walls": results}
     return session.finish("The range sensor", answer, partial(_write_fit, fit, sensor, notes))
 
 
@@ -115,15 +115,15 @@ def _decide_driving(session: RobotSession, distances: tuple[float, ...], start: 
 def _measure(
     session: RobotSession,
     sensor: RangeSensorDescription,
-    stops: list[Stop],
+    walls: list[WallSamples],
     distances: tuple[float, ...],
     start: float | None,
     seconds: float,
     *,
     is_driving: bool,
 ) -> None:
-    """Open the robot, and add the samples at each distance to ``stops``."""
-    from robotcore.calibration.range_sensor import listen
+    """Open the robot, and add the samples at each distance to ``walls``."""
+    from robotcore.calibration.range_sensor import collect_samples
     from robotcore.hal.robot import Role
 
     wants = frozenset({Role.DRIVE}) if is_driving else frozenset()
@@ -136,11 +136,11 @@ def _measure(
         device: Any = live[sensor.name]
         for distance in places:
             write_line(f"measuring at {distance:.3f} m", is_error=True)
-            stop = live.run(listen(live, device, distance, seconds))
-            stops.append(stop)
+            samples = live.run(collect_samples(live, device, distance, seconds))
+            walls.append(samples)
             if not is_driving:
-                reading = stop.readings[-1].distance
-                write_line(f"  {len(stop.readings)} samples, the last one {reading:.3f} m", is_error=True)
+                reading = samples.readings[-1].distance
+                write_line(f"  {len(samples.readings)} samples, the last one {reading:.3f} m", is_error=True)
 
 
 def _drive_to_wall(live: LiveRobot, sensor: RangeSensorDescription, start: float | None) -> Iterator[float]:
@@ -161,11 +161,11 @@ def _drive_to_wall(live: LiveRobot, sensor: RangeSensorDescription, start: float
 
     whole = min(measure(), 1.1 * sensor.max_range_m)
     nearest = max(NEAR_M, sensor.min_range_m + 0.02)
-    step = max((whole - nearest) / (STOPS - 1), 0.02)
-    for number in range(STOPS):
+    step = max((whole - nearest) / (DISTANCES - 1), 0.02)
+    for number in range(DISTANCES):
         distance = measure()
         yield distance
-        if number == STOPS - 1 or distance - step < nearest - 0.01 or not live.run(approach(live, step)):
+        if number == DISTANCES - 1 or distance - step < nearest - 0.01 or not live.run(approach(live, step)):
             break
 
 
@@ -213,7 +213,7 @@ def _write_fit(fit: RangeFit, sensor: RangeSensorDescription, notes: list[str]) 
             f"{each.noise_m:.4f}" if each.is_in_range else "-",
             f"{each.loss:.1%}",
         )
-        for each in fit.stops
+        for each in fit.walls
     ]
     write_table(("distance, m", "measured, m", "error, m", "noise, m", "lost"), rows)
     write_line()

@@ -9,11 +9,17 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from robotcore.hal.device_test import MIRRORED, RED_AND_BLUE_SWAPPED, ROTATED, UPSIDE_DOWN, DeviceTest
+from robotcore.hal.device_test import (
+    FLIPPED_HORIZONTALLY,
+    FLIPPED_VERTICALLY,
+    RED_AND_BLUE_SWAPPED,
+    ROTATED_180,
+    DeviceTest,
+)
 from robotcore.hal.simulation_state import SimulationState
 from robotcore.optics import CameraView, Image
 
-EMPTY_LEVELS = 2.0
+MIN_CONTRAST_LEVELS = 2.0
 """A picture whose grey levels have a smaller standard deviation shows nothing."""
 
 NEW_PICTURE_S = 2.0
@@ -38,7 +44,7 @@ def test_cameras(test: DeviceTest, cameras: Sequence[Any]) -> None:
         if _deliver_pictures(test, camera.name):
             found = _find_true_ball(test, camera.name) if test.state else _find_held_object(test, camera.name)
             if found:
-                _judge(test, camera.name, *found)
+                _report(test, camera.name, *found)
 
 
 def _deliver_pictures(test: DeviceTest, name: str) -> bool:
@@ -49,7 +55,7 @@ def _deliver_pictures(test: DeviceTest, name: str) -> bool:
         test.fail(name, text, "Check its cable, and unplug it for a moment", "camera-frozen")
         return False
     image = device.read().image
-    if float(image.std()) < EMPTY_LEVELS:
+    if float(image.std()) < MIN_CONTRAST_LEVELS:
         text = f"shows nothing but the grey level {image.mean():.0f} of 255"
         test.fail(name, text, "Remove its cover, and give it light", "camera-dark")
         return False
@@ -68,8 +74,9 @@ def _find_true_ball(test: DeviceTest, name: str) -> tuple[bool, bool, bool] | No
         if _is_coloured(image, _transform(place, image, is_mirrored, is_upside_down), is_swapped)
     ]
     if len(found) != 1:
-        reason = "the simulated camera sees no red ball" if not found else "the red ball is near the middle"
-        test.skip(name, f"{reason}, which shows the order of the colours and columns. Use --world bench")
+        reason = "sees no red ball" if not found else "has the red ball too near the middle of its picture"
+        text = f"the simulated camera {reason}, so the order of rows, columns and colours is unknown"
+        test.skip(name, f"{text}. Use --world bench")
         return None
     return found[0]
 
@@ -135,15 +142,15 @@ def _find_colour(image: Image, is_swapped: bool) -> Mask:  # noqa: FBT001
     return np.asarray(main > np.maximum(parts[..., 1], other) + MIN_LEAD)
 
 
-def _judge(test: DeviceTest, name: str, is_mirrored: bool, is_upside_down: bool, is_swapped: bool) -> None:  # noqa: FBT001
+def _report(test: DeviceTest, name: str, is_mirrored: bool, is_upside_down: bool, is_swapped: bool) -> None:  # noqa: FBT001
     remedy = "Turn the camera, or correct its driver's settings"
     if is_mirrored and is_upside_down:
-        test.correct(name, "its pictures are upside down", ROTATED, remedy=remedy, kind="camera-rotated")
+        test.correct(name, "its pictures are upside down", ROTATED_180, remedy=remedy, kind="camera-rotated")
     elif is_mirrored:
-        test.correct(name, "its pictures are mirrored", MIRRORED, remedy=remedy, kind="camera-mirrored")
+        test.correct(name, "its pictures are mirrored", FLIPPED_HORIZONTALLY, remedy=remedy, kind="camera-mirrored")
     elif is_upside_down:
         text = "its pictures are upside down and mirrored"
-        test.correct(name, text, UPSIDE_DOWN, remedy=remedy, kind="camera-upside-down")
+        test.correct(name, text, FLIPPED_VERTICALLY, remedy=remedy, kind="camera-upside-down")
     if is_swapped:
         text, remedy = "red is blue in its pictures", "Correct the format of the pictures in its driver"
         test.correct(name, text, RED_AND_BLUE_SWAPPED, remedy=remedy, kind="camera-colours")

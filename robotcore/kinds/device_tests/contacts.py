@@ -25,7 +25,7 @@ def test_contacts(test: DeviceTest, contacts: Sequence[Any]) -> None:
     swapped = {name: other for name, other in source.items() if name != other}
     if swapped and set(swapped) == set(swapped.values()):
         text = ", ".join(f"pressing {name} is a press of {other}" for name, other in swapped.items())
-        test.reconnect(swapped, text, remedy="Swap their wires", kind="contacts-swapped")
+        test.swap_tables(swapped, text, remedy="Swap their wires", kind="contacts-swapped")
         return
     for name, other in swapped.items():
         remedy = f"Correct the pins of {name} and {other}"

@@ -13,7 +13,7 @@ from robotcore.raycast import FAN_SETBACK_M, Fan
 HELD_M = (0.08, 0.45)
 """The range of distances in which the person holds a flat thing, in metres."""
 
-LISTEN_S = 1.0
+READ_S = 1.0
 """The time for which a sensor is read, in seconds."""
 
 MAX_ERROR_M, MAX_ERROR_SHARE = 0.06, 0.08
@@ -31,7 +31,7 @@ def test_ranges(test: DeviceTest, sensors: Sequence[Any]) -> None:
     swapped = {name: other for name, other in source.items() if name != other}
     if swapped and set(swapped) == set(swapped.values()):
         text = ", ".join(f"{other} measures for {name}" for name, other in swapped.items())
-        test.reconnect(swapped, text, remedy="Swap their wires", kind="ranges-swapped")
+        test.swap_tables(swapped, text, remedy="Swap their wires", kind="ranges-swapped")
         return
     for name, other in swapped.items():
         text, remedy = f"{other} measures in its place", f"Correct the pins of {name} and {other}"
@@ -48,7 +48,7 @@ def _compare_with_truth(test: DeviceTest, sensor: Any, sensors: Sequence[Any]) -
         return None
     limit = max(MAX_ERROR_M, MAX_ERROR_SHARE * true)
     fitting = [name for name, reading in readings.items() if abs(reading - true) <= limit]
-    return _judge(test, sensor.name, fitting, readings[sensor.name], f"{true:.2f} m")
+    return _report(test, sensor.name, fitting, readings[sensor.name], f"{true:.2f} m")
 
 
 def _hold_before(test: DeviceTest, sensor: Any, sensors: Sequence[Any]) -> str | None:
@@ -67,14 +67,14 @@ def _hold_before(test: DeviceTest, sensor: Any, sensors: Sequence[Any]) -> str |
         name for name, reading in readings.items() if low <= reading <= high and _has_changed(before[name], reading)
     ]
     fitting = fitting or [name for name in (sensor.name,) if low <= readings[name] <= high]
-    return _judge(test, sensor.name, fitting, readings[sensor.name], f"{low:g} to {high:g} m")
+    return _report(test, sensor.name, fitting, readings[sensor.name], f"{low:g} to {high:g} m")
 
 
 def _has_changed(before: float, now: float) -> bool:
     return not math.isfinite(before) or abs(now - before) > MAX_ERROR_M
 
 
-def _judge(test: DeviceTest, name: str, fitting: Sequence[str], reading: float, expected: str) -> str | None:
+def _report(test: DeviceTest, name: str, fitting: Sequence[str], reading: float, expected: str) -> str | None:
     if name in fitting:
         test.confirm(name, f"reads {reading:.2f} m, which is right")
         return name
@@ -102,9 +102,9 @@ def _read(test: DeviceTest, sensors: Sequence[Any]) -> Mapping[str, float]:
     devices: dict[str, Any] = {sensor.name: test.robot[sensor.name] for sensor in sensors}
     readings: dict[str, list[float]] = {name: [] for name in devices}
 
-    def listen() -> None:
+    def add_samples() -> None:
         for name, device in devices.items():
             readings[name].append(device.read().distance)
 
-    test.repeat(listen, LISTEN_S)
+    test.repeat(add_samples, READ_S)
     return {name: median(distances) for name, distances in readings.items()}

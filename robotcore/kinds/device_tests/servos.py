@@ -133,7 +133,7 @@ def _correct_limit(test: DeviceTest, servo: Any, key: str, angle: float) -> Any:
     if not is_corrected:
         test.fail(servo.name, text, remedy, "servo-limit")
         return servo
-    test.describe(servo.name, text, remedy=remedy, kind="servo-limit", **{key: limit})
+    test.correct_description(servo.name, text, remedy=remedy, kind="servo-limit", **{key: limit})
     return servo.model_copy(update={key: limit})
 
 

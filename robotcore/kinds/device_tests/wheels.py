@@ -47,8 +47,8 @@ class _Pulse:
 def test_motors(test: DeviceTest, motors: Sequence[Any]) -> None:
     """Turn each motor for a moment, and find out which wheel turns and which encoder counts, and in which direction."""
     pulses = [_turn(test, motor) for motor in motors]
-    _judge_motors(test, pulses)
-    _judge_encoders(test, pulses)
+    _report_motors(test, pulses)
+    _report_encoders(test, pulses)
 
 
 def test_encoders(test: DeviceTest, encoders: Sequence[Any]) -> None:
@@ -169,7 +169,7 @@ def _has_turned(test: DeviceTest, before: Mapping[str, float]) -> bool:
     return bool(_list_turned(test, {name: angle - before[name] for name, angle in _read_angles(test).items()}))
 
 
-def _judge_motors(test: DeviceTest, pulses: Sequence[_Pulse]) -> None:
+def _report_motors(test: DeviceTest, pulses: Sequence[_Pulse]) -> None:
     source: dict[str, str] = {}
     for pulse in pulses:
         if pulse.wheel is None:
@@ -202,7 +202,7 @@ def _swap(test: DeviceTest, source: Mapping[str, str], text: str, kind: str) -> 
     if set(swapped) == set(swapped.values()):
         if swapped:
             message = ", ".join(text.format(name=name, source=other) for name, other in swapped.items())
-            test.reconnect(swapped, message, remedy="Swap their wires", kind=f"{kind}s-swapped")
+            test.swap_tables(swapped, message, remedy="Swap their wires", kind=f"{kind}s-swapped")
         return bool(swapped)
     for name, other in swapped.items():
         remedy = f"Correct the pins of {name} and {other}"
@@ -230,7 +230,7 @@ def _report_no_wheel(test: DeviceTest, pulse: _Pulse) -> None:
         test.warn(pulse.motor, text, "Run the command in a terminal, and answer its questions", "motor-unconfirmed")
 
 
-def _judge_encoders(test: DeviceTest, pulses: Sequence[_Pulse]) -> None:
+def _report_encoders(test: DeviceTest, pulses: Sequence[_Pulse]) -> None:
     if (drive := test.description.drive) is None:
         return
     pulsed = {pulse.motor for pulse in pulses}

@@ -3,15 +3,15 @@ from __future__ import annotations
 import pytest
 
 from robotcore import RunRequest, run
-from robotcore.calibration.excitation import CommandStep, Excitation, ExcitationLog, ExcitationStep, TruthKeeper
+from robotcore.calibration.excitation import CommandStep, Excitation, ExcitationLog, ExcitationStep, TruePoseObserver
 from robotcore.geometry import Wheels
 
 STEPS = (ExcitationStep(0.2), ExcitationStep(0.5, 0.5, 0.5), ExcitationStep(0.3, 0.5, -0.5), ExcitationStep(0.2))
 
 
 def test_an_excitation_sends_its_plan_and_stands_at_the_end() -> None:
-    excitation, keeper = Excitation(STEPS, full_rad_s=8.0), TruthKeeper()
-    result = run(RunRequest(excitation, "kinematic", world="open", rate_hz=50), [keeper])
+    excitation, observer = Excitation(STEPS, full_rad_s=8.0), TruePoseObserver()
+    result = run(RunRequest(excitation, "kinematic", world="open", rate_hz=50), [observer])
     assert result.error is None
     log = excitation.log
     assert [(step.command, round(step.end - step.start, 6)) for step in log.list_steps("left")] == [
@@ -21,9 +21,9 @@ def test_an_excitation_sends_its_plan_and_stands_at_the_end() -> None:
     assert log.measure_turns("left_encoder") == pytest.approx([0.0, 1.8, 1.2, 0.2], abs=0.15)
     times, turned = log.integrate_sent("left")
     assert (times[-1], turned[-1]) == pytest.approx((1.2, 3.2), abs=0.3)  # the file limits the acceleration
-    assert keeper.displacement
-    assert keeper.displacement[0] > 0.05
-    assert keeper.turned < -0.2
+    assert observer.displacement
+    assert observer.displacement[0] > 0.05
+    assert observer.turned < -0.2
 
 
 def test_a_sample_that_is_read_twice_is_logged_once() -> None:

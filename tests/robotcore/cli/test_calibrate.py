@@ -161,7 +161,7 @@ def test_the_answer_in_json_has_the_parts_and_the_error(
 def test_distances_before_an_interruption_are_shown_and_not_written(
     end: Callable[[], object], status: int, kind: str, tmp_path: Path, cli: Cli, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    interrupt(monkeypatch, "robotcore.calibration.range_sensor.listen", 4, end)
+    interrupt(monkeypatch, "robotcore.calibration.range_sensor.collect_samples", 4, end)
     own = write(tmp_path)
     before = Path(own).read_text()
     answer = cli("calibrate", "range", "--robot", own, *SIMULATED, "--seconds", "0.5", "--write")
@@ -191,7 +191,7 @@ def test_a_file_that_cannot_be_written_does_not_replace_the_error_of_an_interrup
 def test_an_interruption_without_a_result_is_only_an_error(
     tmp_path: Path, cli: Cli, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    interrupt(monkeypatch, "robotcore.calibration.range_sensor.listen", 2, press)
+    interrupt(monkeypatch, "robotcore.calibration.range_sensor.collect_samples", 2, press)
     answer = cli("calibrate", "range", "--robot", write(tmp_path), *SIMULATED, "--seconds", "0.5", "--write")
     assert (answer.status, answer.out) == (4, "")
 

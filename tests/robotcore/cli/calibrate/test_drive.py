@@ -8,7 +8,7 @@ from typing import Any
 import pytest
 
 from robotcore.calibration.calibrated_robot import CalibratedRobot
-from robotcore.calibration.excitation import TruthKeeper
+from robotcore.calibration.excitation import TruePoseObserver
 from robotcore.cli.person import TerminalPerson
 from robotcore.description import load_robot
 from robotcore.geometry import wrap_angle
@@ -73,30 +73,30 @@ def test_a_reference_that_the_robot_lacks_is_refused(cli: Cli, check_text: Check
 
 
 @pytest.fixture
-def real_robot(monkeypatch: pytest.MonkeyPatch) -> list[TruthKeeper]:
+def real_robot(monkeypatch: pytest.MonkeyPatch) -> list[TruePoseObserver]:
     """Hide the ground truth from the calibration, and return the keepers that know it."""
-    keepers: list[TruthKeeper] = []
-    begin = TruthKeeper.begin
+    keepers: list[TruePoseObserver] = []
+    begin = TruePoseObserver.begin
 
-    def hide(keeper: TruthKeeper, run: Any) -> None:
-        hidden = TruthKeeper()
+    def hide(keeper: TruePoseObserver, run: Any) -> None:
+        hidden = TruePoseObserver()
         begin(hidden, run)
         keepers.append(hidden)
 
-    def forward(keeper: TruthKeeper, record: Any) -> None:
+    def forward(keeper: TruePoseObserver, record: Any) -> None:
         TICK(keepers[-1], record)
 
-    monkeypatch.setattr(TruthKeeper, "begin", hide)
-    monkeypatch.setattr(TruthKeeper, "tick", forward)
+    monkeypatch.setattr(TruePoseObserver, "begin", hide)
+    monkeypatch.setattr(TruePoseObserver, "tick", forward)
     monkeypatch.setattr(CalibratedRobot, "is_simulated", False)
     return keepers
 
 
-TICK = TruthKeeper.tick
+TICK = TruePoseObserver.tick
 
 
 def test_a_person_measures_a_real_robot(
-    cli: Cli, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, real_robot: list[TruthKeeper]
+    cli: Cli, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, real_robot: list[TruePoseObserver]
 ) -> None:
     own, truth = write_robot(tmp_path, "own"), write_robot(tmp_path, "truth", *OTHER_DRIVE)
 
@@ -130,7 +130,7 @@ def test_without_a_person_who_measures_a_real_robot_does_not_move(
     more: tuple[str, ...],
     cli: Cli,
     monkeypatch: pytest.MonkeyPatch,
-    real_robot: list[TruthKeeper],
+    real_robot: list[TruePoseObserver],
     check_text: CheckText,
 ) -> None:
     monkeypatch.setattr("sys.stdin", io.StringIO(""))
