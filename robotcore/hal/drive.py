@@ -139,6 +139,8 @@ class Odometry:
 
     def _add_arc(self, angles: Wheels) -> None:
         last, self._last = self._last, angles
+        if angles == last:  # mostly a further reading in a tick
+            return
         rolled = self._geometry.to_twist(Wheels(angles.left - last.left, angles.right - last.right))
         self.latest = self.latest.advance(rolled.linear, rolled.angular)
 
