@@ -141,8 +141,8 @@ class Odometry:
         last, self._last = self._last, angles
         if angles == last:  # mostly a further reading in a tick
             return
-        rolled = self._geometry.to_twist(Wheels(angles.left - last.left, angles.right - last.right))
-        self.latest = self.latest.advance(rolled.linear, rolled.angular)
+        distance, turn = self._geometry.to_arc(angles.left - last.left, angles.right - last.right)
+        self.latest = self.latest.advance(distance, turn)
 
 
 class CommandIntegrator:

@@ -5,8 +5,8 @@
 
 from __future__ import annotations
 
-import math
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
+from math import ceil, floor
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -23,9 +23,9 @@ A polygon's first and last line move inwards by the same distance. Then each lin
 NUMBERS = np.arange(2.0**14)
 """The numbers of rows and columns. A slice of this array is faster than a new array."""
 
-
 Piece = tuple[tuple[slice, slice], NDArray[np.bool_] | None]
 """A rectangle of a picture, and whether a polygon covers each of its pixels. None: it covers all of them."""
+
 
 
 class Area(NamedTuple):
@@ -45,29 +45,29 @@ class Area(NamedTuple):
                 np.copyto(canvas[window], value, where=is_covered)
 
 
-class _Edge(NamedTuple):
-    """An edge of a polygon, and the lines that cross it. They lie along the axis u, and the axis v numbers them."""
+_Edge = tuple[int, int, float, float, float]
+"""An edge of a polygon, and the lines that cross it. They lie along the axis u, and the axis v numbers them.
 
+The numbers are the first line, the line after the last one, the slope, and u and v of the edge's end with the lower v.
+u is moved outwards by `SEAM`. A class would take as long as the rest of the work on an edge.
+"""
+
+
+class _Lines(NamedTuple):
+    """The lines of the picture on which a polygon lies: rows, or columns if it has fewer of them."""
+
+    is_upright: bool
+    """Whether the lines are columns."""
     first: int
     """The first line."""
     stop: int
     """The line after the last one."""
-    slope: float
-    low_u: float
-    """The u of the end with the lower v, in pixels."""
-    low_v: float
-    seam: float
-
-    def cross(self, levels: Array) -> tuple[Array | float, float, float]:
-        """Return the u at which each line crosses the edge, (n,), or one for all lines. Then return its limits.
-
-        levels: the v of the lines, (n,).
-        """
-        if not self.slope:
-            return self.low_u + self.seam, self.low_u + self.seam, self.low_u + self.seam
-        u = self.slope * (levels - self.low_v) + self.low_u + self.seam
-        first, last = u.item(0), u.item(-1)
-        return (u, first, last) if self.slope > 0 else (u, last, first)
+    low: float
+    """The v of the polygon's first line, in pixels."""
+    high: float
+    """The v of the polygon's last line, in pixels."""
+    length: int
+    """The number of pixels in a line of the picture."""
 
 
 def rasterize(us: Sequence[float], vs: Sequence[float], width: int, height: int) -> Area:
@@ -79,87 +79,86 @@ def rasterize(us: Sequence[float], vs: Sequence[float], width: int, height: int)
     us, vs: the columns and the rows of the corners in pixels, clockwise in the picture.
     width, height: the size of the picture in pixels.
     """
-    left, top, right, bottom = box = min(us), min(vs), max(us), max(vs)
-    columns, rows = _to_pixel_range(left, right, width), _to_pixel_range(top, bottom, height)
-    is_upright = len(columns) < len(rows)
-    if is_upright:  # with exchanged axes, the corners are clockwise in reverse order
-        lines, length, low, high = columns, height, left + SEAM, right - SEAM
-        begins, ends = _list_edges(vs[::-1], us[::-1], lines, low, high)
+    left, top, right, bottom = min(us), min(vs), max(us), max(vs)
+    column, last_column = max(ceil(left), 0), min(floor(right), width - 1)
+    row, last_row = max(ceil(top), 0), min(floor(bottom), height - 1)
+    if last_column - column < last_row - row:
+        lines = _Lines(True, column, last_column + 1, left + SEAM, right - SEAM, height)
+        begins, ends = _list_edges(vs[::-1], us[::-1], lines)  # with exchanged axes, clockwise is the reverse order
     else:
-        lines, length, low, high = rows, width, top + SEAM, bottom - SEAM
-        begins, ends = _list_edges(us, vs, lines, low, high)
+        lines = _Lines(False, row, last_row + 1, top + SEAM, bottom - SEAM, width)
+        begins, ends = _list_edges(us, vs, lines)
     pieces: list[Piece] = []
     while begins and ends:
         begin, end = begins[-1], ends[-1]
-        first, stop = max(begin.first, end.first), min(begin.stop, end.stop)
-        levels = NUMBERS[first:stop]
-        if first < low or stop - 1 > high:
-            levels = np.minimum(np.maximum(levels, low), high)
+        first, stop = max(begin[0], end[0]), min(begin[1], end[1])
         if first < stop:  # by rounding, a line may cross only one edge
-            pieces += _divide(slice(first, stop), begin.cross(levels), end.cross(levels), length, is_upright)
-        if begin.stop == stop:
+            pieces += _divide(first, stop, begin, end, lines)
+        if begin[1] == stop:
             begins.pop()
-        if end.stop == stop:
+        if end[1] == stop:
             ends.pop()
-    return Area(box, pieces)
+    return Area((left, top, right, bottom), pieces)
 
 
-def _to_pixel_range(low: float, high: float, size: int) -> range:
-    return range(max(math.ceil(low), 0), min(math.floor(high), size - 1) + 1)
-
-
-def _list_edges(
-    us: Sequence[float], vs: Sequence[float], lines: range, low: float, high: float
-) -> tuple[list[_Edge], list[_Edge]]:
+def _list_edges(us: Sequence[float], vs: Sequence[float], lines: _Lines) -> tuple[list[_Edge], list[_Edge]]:
     """Return the edges at which lines begin, and those at which they end. In both lists, v falls.
 
     us, vs: the coordinates of the corners along and across the lines, in pixels, clockwise.
-    low, high: the v of the polygon's first and last line.
     """
+    _, start, end, low, high, _ = lines
     begins: list[_Edge] = []
     ends: list[_Edge] = []
     u, v = us[-1], vs[-1]
     for next_u, next_v in zip(us, vs, strict=True):
         # Lines end at an edge on which v grows, and begin at the others.
         if v < next_v:
-            edges, seam, low_u, low_v, high_v = ends, SEAM, u, v, next_v
+            edges, low_u, low_v, high_v = ends, u + SEAM, v, next_v
         else:
-            edges, seam, low_u, low_v, high_v = begins, -SEAM, next_u, next_v, v
+            edges, low_u, low_v, high_v = begins, next_u - SEAM, next_v, v
         if low_v <= high and high_v > low and low_v < high_v:
-            first = lines.start if low_v <= low else max(math.ceil(low_v), lines.start)
-            stop = lines.stop if high_v > high else min(math.ceil(high_v), lines.stop)
+            first = start if low_v <= low else max(ceil(low_v), start)
+            stop = end if high_v > high else min(ceil(high_v), end)
             if first < stop:
-                edges.append(_Edge(first, stop, (next_u - u) / (next_v - v), low_u, low_v, seam))
+                edges.append((first, stop, (next_u - u) / (next_v - v), low_u, low_v))
         u, v = next_u, next_v
     begins.sort(reverse=True)
     ends.sort(reverse=True)
     return begins, ends
 
 
-def _divide(
-    lines: slice,
-    begins: tuple[Array | float, float, float],
-    ends: tuple[Array | float, float, float],
-    length: int,
-    is_upright: bool,
-) -> Iterator[Piece]:
-    """Yield the pieces of a trapezoid.
+def _divide(first: int, stop: int, begin: _Edge, end: _Edge, lines: _Lines) -> list[Piece]:
+    """Return the pieces of a trapezoid.
 
-    begins, ends: the results of `_Edge.cross` on both sides.
-    length: the number of pixels in a line of the picture.
-    is_upright: whether the lines are columns.
+    first, stop: the trapezoid's first line, and the line after its last one.
+    begin, end: the edges at which its lines begin and end.
     """
-    (begin, least_begin, greatest_begin), (end, least_end, greatest_end) = begins, ends
-    first, stop = max(math.ceil(least_begin), 0), min(math.ceil(greatest_end), length)
-    inner, outer = max(math.ceil(greatest_begin), first), min(math.ceil(least_end), stop)
-    for low, high in ((first, inner), (inner, outer), (outer, stop)) if inner <= outer else ((first, stop),):
-        if low >= high:
+    is_upright, _, _, low, high, length = lines
+    (_, _, slope, u, v), (_, _, end_slope, end_u, end_v) = begin, end
+    lowest, highest = min(max(first, low), high), max(min(stop - 1, high), low)
+    begins = slope * (lowest - v) + u, slope * (highest - v) + u
+    ends = end_slope * (lowest - end_v) + end_u, end_slope * (highest - end_v) + end_u
+    outside, beyond = max(ceil(min(begins)), 0), min(ceil(max(ends)), length)
+    inner, outer = max(ceil(max(begins)), outside), min(ceil(min(ends)), beyond)
+    along, pieces = slice(first, stop), []
+    for left, right in ((outside, inner), (inner, outer), (outer, beyond)) if inner <= outer else ((outside, beyond),):
+        if left >= right:
             continue
         is_covered: NDArray[np.bool_] | None = None
-        numbers = NUMBERS[low:high, None] if is_upright else NUMBERS[low:high]
-        if low < inner:
-            is_covered = numbers >= (begin if is_upright or isinstance(begin, float) else begin[:, None])
-        if high > outer:
-            is_inside = numbers < (end if is_upright or isinstance(end, float) else end[:, None])
-            is_covered = is_inside if is_covered is None else is_covered & is_inside
-        yield ((slice(low, high), lines) if is_upright else (lines, slice(low, high))), is_covered
+        if left < inner or right > outer:
+            levels = NUMBERS[along]
+            if lowest != first or highest != stop - 1:
+                levels = np.minimum(np.maximum(levels, low), high)
+            numbers = NUMBERS[left:right]
+            if is_upright:
+                numbers = numbers[:, None]
+            else:
+                levels = levels[:, None]
+            if left < inner:
+                is_covered = numbers >= slope * (levels - v) + u
+            if right > outer:
+                is_inside = numbers < end_slope * (levels - end_v) + end_u
+                is_covered = is_inside if is_covered is None else is_covered & is_inside
+        across = slice(left, right)
+        pieces.append((((across, along) if is_upright else (along, across)), is_covered))
+    return pieces
