@@ -1,0 +1,107 @@
+"""Measure how fast searches run in the kinematic simulator, alone and in a sweep, also against another checkout.
+
+    python -m benchmarks.search_speed --against ../robotcore-before --sweep-seeds 1-200
+
+The speed of a run alone is its simulated time for each second of CPU time, with its start. Only libraries are imported
+before. A sweep is timed by the wall clock, from the check to the tables, with the start of its two processes. With
+``--against``, a process with the code of another checkout does the same. Both take turns, so that other load on the
+machine affects both. The exit status is 1 if a bound is broken.
+"""
+
+from __future__ import annotations
+
+import json
+import os
+import subprocess
+import sys
+from collections.abc import Iterable, Iterator
+from contextlib import ExitStack, contextmanager
+from itertools import product
+from pathlib import Path
+from typing import Any
+
+from benchmarks.report import Interval, compute_median, parse_options, print_table
+from robotcore.sweep.spec import parse_seeds
+
+ROOT = Path(__file__).parents[1]
+PROGRAM = ROOT / "benchmarks" / "timed_searches.py"
+JOBS = 2
+MIN_SPEED = 25.0
+"""The least number of simulated seconds in a second of CPU time."""
+
+Row = tuple[str, str, str, str]
+
+
+class Worker:
+    """A process that measures searches with the code of one checkout."""
+
+    def __init__(self, process: subprocess.Popen[str]) -> None:
+        self._process = process
+
+    def measure(self, request: dict[str, Any]) -> float:
+        """Return the speed of a run or of a sweep. Raises ValueError if the process has failed."""
+        assert self._process.stdin and self._process.stdout
+        self._process.stdin.write(json.dumps(request) + "\n")
+        self._process.stdin.flush()
+        return float(self._process.stdout.readline())
+
+
+def main() -> int:
+    """Measure runs and sweeps, and print their speeds."""
+    options = parse_options(
+        __doc__, worlds="arena,clutter,occluded", seeds="1-10", sweeps=3, against="", **{"sweep-seeds": "1-10"}
+    )
+    worlds = options.worlds.split(",")
+    runs = [{"world": world, "seed": seed} for world, seed in product(worlds, parse_seeds(options.seeds))]
+    sweep = {"worlds": worlds, "seeds": parse_seeds(options.sweep_seeds), "jobs": JOBS}
+    sweep_runs = len(worlds) * len(sweep["seeds"])
+    with ExitStack() as started:
+        checkouts = [ROOT, *([Path(options.against).resolve()] if options.against else [])]
+        workers = [started.enter_context(start_worker(checkout)) for checkout in checkouts]
+        speeds = measure_in_turn(workers, runs)
+        rates = measure_in_turn(workers, [sweep] * options.sweeps)
+    speed, rate = compute_median(speeds[0]), compute_median(rates[0])
+    rows = [
+        build_row(f"simulated seconds in a CPU second, {len(runs)} runs", speed, ".1f", f"at least {MIN_SPEED:g}"),
+        build_row(f"runs a minute on {JOBS} processes, {options.sweeps} sweeps of {sweep_runs} runs", rate, ".0f"),
+    ]
+    if options.against:
+        rows.append(build_row("a run's speed ÷ that of the other checkout", compute_ratio(*speeds), ".2f"))
+        rows.append(build_row("a sweep's speed ÷ that of the other checkout", compute_ratio(*rates), ".2f"))
+    print_table(("green-search in the kinematic simulator", "median", "95 % interval", "bound"), rows)
+    return int(speed.median < MIN_SPEED)
+
+
+@contextmanager
+def start_worker(checkout: Path) -> Iterator[Worker]:
+    """Start a process with the code of a checkout, and end it after use."""
+    environment = {**os.environ, "PYTHONPATH": str(checkout)}
+    command = [sys.executable, str(PROGRAM)]
+    with subprocess.Popen(
+        command, env=environment, cwd=checkout, stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True
+    ) as process:
+        yield Worker(process)
+
+
+def measure_in_turn(workers: list[Worker], requests: Iterable[dict[str, Any]]) -> list[list[float]]:
+    """Return the speeds of each worker. The order of the workers alternates."""
+    speeds: list[list[float]] = [[] for _ in workers]
+    for number, request in enumerate(requests):
+        order = range(len(workers))
+        for index in reversed(order) if number % 2 else order:
+            speeds[index].append(workers[index].measure(request))
+    return speeds
+
+
+def compute_ratio(speeds: list[float], others: list[float]) -> Interval:
+    """Return the median of the ratios of the pairs."""
+    return compute_median(speed / other for speed, other in zip(speeds, others, strict=True))
+
+
+def build_row(claim: str, value: Interval, form: str, bound: str = "–") -> Row:
+    """Return a row of the table."""
+    return (claim, *value.format_cells(form), bound)
+
+
+if __name__ == "__main__":
+    sys.exit(main())
