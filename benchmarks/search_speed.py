@@ -40,7 +40,8 @@ class Worker:
 
     def measure(self, request: dict[str, Any]) -> float:
         """Return the speed of a run or of a sweep. Raises ValueError if the process has failed."""
-        assert self._process.stdin and self._process.stdout
+        assert self._process.stdin
+        assert self._process.stdout
         self._process.stdin.write(json.dumps(request) + "\n")
         self._process.stdin.flush()
         return float(self._process.stdout.readline())
@@ -77,7 +78,7 @@ def start_worker(checkout: Path) -> Iterator[Worker]:
     """Start a process with the code of a checkout, and end it after use."""
     environment = {**os.environ, "PYTHONPATH": str(checkout)}
     command = [sys.executable, str(PROGRAM)]
-    with subprocess.Popen(
+    with subprocess.Popen(  # noqa: S603  this Python
         command, env=environment, cwd=checkout, stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True
     ) as process:
         yield Worker(process)

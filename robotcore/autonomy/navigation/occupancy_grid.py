@@ -300,7 +300,7 @@ class OccupancyGrid:
         beyond: each cell's distance from the sensor minus the echo's, in metres.
         """
         known = (np.abs(beyond) <= 1.5 * self.cell) & occupied
-        return known if known.any() else (beyond >= -0.5 * self.cell) & (beyond <= self.cell)
+        return known if np.count_nonzero(known) else (beyond >= -0.5 * self.cell) & (beyond <= self.cell)
 
     def _find_echo_area(self, sensor: Pose, distance: float, cone: float) -> Indices:
         tolerance = ECHO_TOLERANCE * self.cell

@@ -23,6 +23,7 @@ It is so small that a camera sees a wall even while its robot touches the wall.
 _NEAREST = np.array((-np.inf, -np.inf, CLIP_M))
 _SIDE_OFFSETS = np.array(((0.0,), (0.0,), (0.0,), (0.0,), (-CLIP_M,)))
 
+
 class PolygonSet:
     """Convex polygons in the world, which are projected together."""
 
@@ -49,7 +50,8 @@ class PolygonSet:
         for number in np.flatnonzero(is_turned & ~is_outside).tolist():
             span = self._spans[number]
             polygon = _clip_at_near_plane(view, corners[span]) if is_cut[number] else pixels[:, span]
-            yield number, rasterize(*polygon.tolist(), width, height)
+            us, vs = polygon.tolist()
+            yield number, rasterize(us, vs, width, height)
 
     def _classify(self, view: CameraView, corners: Array) -> tuple[NDArray[np.bool_], NDArray[np.bool_]]:
         """Return whether each polygon is outside the picture, and whether the near plane may cut it, each (n,).

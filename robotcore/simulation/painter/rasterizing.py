@@ -12,8 +12,6 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from robotcore.simulation.painter.planes import Array
-
 SEAM = 1e-6
 """The overlap of neighbouring polygons in pixels, so that rounding leaves no gap between them.
 
@@ -25,7 +23,6 @@ NUMBERS = np.arange(2.0**14)
 
 Piece = tuple[tuple[slice, slice], NDArray[np.bool_] | None]
 """A rectangle of a picture, and whether a polygon covers each of its pixels. None: it covers all of them."""
-
 
 
 class Area(NamedTuple):

@@ -56,8 +56,8 @@ class _Rays(NamedTuple):
 
 @lru_cache(maxsize=4)
 def _compute_rays(lens: Intrinsics) -> _Rays:
-    right = (np.arange(lens.width) - lens.cx) / lens.focal_length
-    down = (np.arange(lens.height)[:, None] - lens.cy) / lens.focal_length
+    right: Array = (np.arange(lens.width, dtype=np.float64) - lens.cx) / lens.focal_length
+    down: Array = (np.arange(lens.height, dtype=np.float64)[:, None] - lens.cy) / lens.focal_length
     return _Rays(right, down, right**2, down**2 + 1)
 
 

@@ -15,7 +15,7 @@ from robotcore.autonomy.navigation.grid_paths import (
     Mask,
     are_straight_ways,
     backtrack,
-    compute_ray_offsets,
+    compute_rays,
     cut_out,
     is_straight_way,
     mask_hidden,
@@ -107,9 +107,12 @@ def test_cells_outside_the_grid_are_open() -> None:
 
 
 def test_rays_go_along_columns_and_rows() -> None:
-    rows, columns = compute_ray_offsets(np.array([0.0, math.pi / 2, math.pi]), np.array([1, 2, 3]))
-    assert rows.tolist() == [[0, 0, 0], [1, 2, 3], [0, 0, 0]]
-    assert columns.tolist() == [[1, 2, 3], [0, 0, 0], [-1, -2, -3]]
+    rays = compute_rays(np.array([0.0, math.pi / 2, math.pi]), np.array([1, 2, 3]))
+    assert rays.rows.tolist() == [[0, 0, 0], [1, 2, 3], [0, 0, 0]]
+    assert rays.columns.tolist() == [[1, 2, 3], [0, 0, 0], [-1, -2, -3]]
+    assert rays.index(10).tolist() == [[1, 2, 3], [10, 20, 30], [-1, -2, -3]]
+    assert rays.index(7).tolist() == [[1, 2, 3], [7, 14, 21], [-1, -2, -3]]
+    assert rays.lie_within(0, -1, 3).tolist() == [[True, False, False], [True, True, False], [True, False, False]]
 
 
 @pytest.mark.parametrize(
