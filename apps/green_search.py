@@ -31,7 +31,10 @@ PATIENCE_S = 0.5
 """A ball that no picture shows for this time is gone, if nothing hides it. Standing at it for this time is success."""
 
 REST_S, REST_M, REST_RAD = 0.15, 0.001, 0.005
-"""The robot is at rest if it has moved and turned by less than this in this time. Its wheels lag behind a stop."""
+"""The robot is at rest if it has moved and turned by less than this in this time.
+
+After a stop command, the wheels turn for a moment.
+"""
 
 
 @dataclass

@@ -20,8 +20,8 @@ from tempfile import TemporaryDirectory
 
 from benchmarks.calibration_robots import IMU, WORLD, InaccurateTape, NoPerson, patient_run
 from benchmarks.report import parse_options, print_table
+from robotcore.calibration.calibrated_robot import CalibratedRobot
 from robotcore.calibration.drive.measurement import Reference, measure_drive
-from robotcore.calibration.probing_robot import CalibratedRobot
 from robotcore.description import read_shipped
 from robotcore.description.editing import RobotEditor
 from robotcore.hal.backend import load_backend
@@ -83,9 +83,9 @@ def measure_errors(case: str, seed: int) -> tuple[float, float]:
         own, truth, room = (str(file) for file in _write_files(Path(folder), radius, track))
         robot = CalibratedRobot.load(own, load_backend("virtualpi"), {"truth": truth})
         world = room if Reference.WALL in (straight_by, turns_by) else WORLD
-        probing = InaccurateTape(robot, patient_run, NoPerson(), world)
-        probing.draw = Random(seed)
-        result = measure_drive(probing, straight_by, turns_by, distance_m, TURNS)
+        runner = InaccurateTape(robot, patient_run, NoPerson(), world)
+        runner.draw = Random(seed)
+        result = measure_drive(runner, straight_by, turns_by, distance_m, TURNS)
     assert result.track
     return result.radius.value / radius - 1, result.track.value / track - 1
 

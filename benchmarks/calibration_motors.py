@@ -26,11 +26,11 @@ from statistics import median
 from tempfile import TemporaryDirectory
 from typing import NamedTuple
 
-from benchmarks.calibration_robots import KEYS, Patient, draw_patient, measure_aside_m, open_probing
+from benchmarks.calibration_robots import KEYS, Patient, draw_patient, measure_aside_m, open_runner
 from benchmarks.report import parse_options, print_table
 from robotcore.calibration.corrections import apply_corrections
 from robotcore.calibration.motors.measurement import Method, MotorResult, measure_motors
-from robotcore.calibration.motors.motor_corrections import correct_motor
+from robotcore.calibration.motors.motor_corrections import list_motor_corrections
 from robotcore.description.editing import RobotEditor
 from robotcore.sweep.engine import count_cores
 
@@ -117,11 +117,11 @@ def drive_straight(case: Case, seed: int) -> tuple[float, float]:
 
 def calibrate(patient: Patient, method: Method, seed: int) -> list[MotorResult]:
     """Measure the motors of a robot, correct its file, and return the results."""
-    probing = open_probing(patient, seed)
-    results = measure_motors(probing, method)
+    runner = open_runner(patient, seed)
+    results = measure_motors(runner, method)
     editor = RobotEditor(patient.own)
-    apply_corrections(editor, [each for result in results for each in correct_motor(result, probing.robot)])
-    editor.write(probing.robot.backend.check)
+    apply_corrections(editor, [each for result in results for each in list_motor_corrections(result, runner.robot)])
+    editor.write(runner.robot.backend.check)
     return results
 
 

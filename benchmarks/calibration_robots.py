@@ -14,9 +14,9 @@ import tomlkit
 from robotcore import RunRequest, run
 from robotcore.autonomy.manoeuvres import straight
 from robotcore.autonomy.routines import Routine
-from robotcore.calibration.probe import TruthKeeper
-from robotcore.calibration.probing import Displacement, Probing
-from robotcore.calibration.probing_robot import CalibratedRobot
+from robotcore.calibration.calibrated_robot import CalibratedRobot
+from robotcore.calibration.excitation import TruePoseObserver
+from robotcore.calibration.excitation_runs import Displacement, ExcitationRunner
 from robotcore.description import read_shipped
 from robotcore.description.editing import RobotEditor
 from robotcore.errors import BlockedError
@@ -103,34 +103,34 @@ def _remove_encoders(text: str) -> str:
 class NoPerson:
     """There is no person beside a simulated robot."""
 
-    def prepare(self, instruction: str) -> NoReturn:
+    def prepare(self, instruction: str, *, has_question: bool = False) -> NoReturn:
         raise AssertionError(instruction)
 
     def ask(self, question: str) -> NoReturn:
         raise AssertionError(question)
 
 
-class InaccurateTape(Probing):
+class InaccurateTape(ExcitationRunner):
     """Measures the displacement with the errors of a person with a tape measure."""
 
     draw = Random(0)
 
-    def read_displacement(self, keeper: TruthKeeper) -> Displacement | None:
+    def read_displacement(self, keeper: TruePoseObserver) -> Displacement | None:
         if (true := super().read_displacement(keeper)) is None:
             return None
         seen = Pose(0.0, 0.0, self.draw.gauss(0.0, ALIGNMENT_RAD)).to_local(*true)
         return Displacement(*(self.draw.gauss(each, TAPE_M) for each in seen))
 
-    def read_turn(self, keeper: TruthKeeper) -> float | None:
+    def read_turn(self, keeper: TruePoseObserver) -> float | None:
         return None if (true := super().read_turn(keeper)) is None else self.draw.gauss(true, ANGLE_RAD)
 
 
-def open_probing(patient: Patient, seed: int = 0) -> Probing:
-    """Return the probing of a robot."""
+def open_runner(patient: Patient, seed: int = 0) -> ExcitationRunner:
+    """Return the runner of a robot."""
     robot = CalibratedRobot.load(patient.own, load_backend(BACKEND), {"truth": patient.truth})
-    probing = InaccurateTape(robot, patient_run, NoPerson(), WORLD)
-    probing.draw = Random(seed)
-    return probing
+    runner = InaccurateTape(robot, patient_run, NoPerson(), WORLD)
+    runner.draw = Random(seed)
+    return runner
 
 
 class DriveStraight(Behaviour):
@@ -156,7 +156,7 @@ def measure_aside_m(patient: Patient, distance_m: float, speed_m_s: float, *, ho
 
     A robot whose file has a dead band that is too narrow may get stuck shortly before the end.
     """
-    keeper = TruthKeeper()
+    keeper = TruePoseObserver()
     app = DriveStraight(distance_m, speed_m_s, holds_heading=holds_heading)
     result = patient_run(RunRequest(app, BACKEND, patient.own, WORLD, options={"truth": patient.truth}), [keeper])
     assert result.error is None or result.error.kind == BlockedError.kind, result.error  # type: ignore[attr-defined]

@@ -10,7 +10,7 @@ between the pose by odometry and the true pose at the end.
 In the case "quick", the wheels have no acceleration limit and a lag of 0.15 s, so they accelerate by up to 160 rad/s².
 The rover's body is short and low there, so that its tyres grip. The physics engines make 2400 steps in a second there.
 With 240 steps, their own error is as large as that of one read a tick: they move a body by the heading at one end of a
-step. In the case "60 rad/s²", the robot is that of its file.
+step. In the case "60 rad/s²", the robot is the shipped rover.
 
 Then the script measures what the polls cost a tick of green-search, and how much they add to a recording.
 The exit status is 1 if a ratio of errors is below 3 in a case with a bound, if a tick takes more than 5 % longer, or if

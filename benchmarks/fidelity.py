@@ -1,4 +1,4 @@
-"""Measure how far simulations part from robots whose files are wrong, and after the calibration of their files.
+"""Measure how much simulations differ from robots whose files are wrong, and after the calibration of their files.
 
     python -m benchmarks.fidelity --robots 10 --simulators kinematic,mujoco --seed 1
     python -m benchmarks.fidelity --robots 4 --simulators mujoco --torque 1.0
@@ -101,7 +101,7 @@ def measure_robot(simulator: str, torque_nm: float, seed: str) -> Errors:
         second = record_drive(Path(folder, "second.mcap"), own, world, options)
         again = measure_fidelity(second, "second.mcap", simulator)
     return Errors(
-        *(each.differences.path.largest_m for each in (*found.columns, *again.columns) if each.differences.path)
+        *(each.differences.path.largest_m for each in (*found.simulations, *again.simulations) if each.differences.path)
     )
 
 

@@ -31,7 +31,7 @@ class Lens:
         self.pinhole = intrinsics
         """The intrinsics of the pinhole camera."""
         self._maps: Maps | None = None
-        if not intrinsics.is_plain:
+        if not intrinsics.is_pinhole:
             self.pinhole, self._maps = _build_maps(intrinsics)
 
     def bend(self, image: Image) -> Image:

@@ -81,7 +81,7 @@ class Intrinsics:
         return self.centre[1] if self.centre else (self.height - 1) / 2
 
     @property
-    def is_plain(self) -> bool:
+    def is_pinhole(self) -> bool:
         """Whether the optical axis is in the middle and the lens does not distort."""
         return self.centre is None and not self.distortion
 
@@ -204,7 +204,7 @@ class CameraView:
         points: points in the world's frame, in metres, shape (n, 3).
         """
         local = self.to_camera(points)
-        if not self.intrinsics.is_plain:
+        if not self.intrinsics.is_pinhole:
             return self._shows_through_lens(local)
         depth = np.maximum(local[:, 2], 1e-9)
         half_width = self.intrinsics.width / 2 / self.intrinsics.focal_length

@@ -70,7 +70,7 @@ class Simulation:
             self._cast,
             self._list_touched,
             self._seed,
-            self._measure_wheels,
+            self._measure_wheel_angles,
         )
 
     def _cast(self, origin: Array, directions: Array, _reach_m: float) -> Array:
@@ -82,7 +82,7 @@ class Simulation:
             self._slices[z] = WorldSlice(self.world, z)
         return self._slices[z].cast(x, y, cos * dx - sin * dy, sin * dx + cos * dy)
 
-    def _measure_wheels(self) -> dict[str, float]:
+    def _measure_wheel_angles(self) -> dict[str, float]:
         return {name: self.wheels[name].angle for name in (self._robot.drive.motors if self._robot.drive else ())}
 
     def _list_touched(self) -> list[str]:

@@ -109,10 +109,10 @@ class Simulation:
             self._cast,
             self._list_touched,
             self._seed,
-            self._measure_wheels,
+            self._measure_wheel_angles,
         )
 
-    def _measure_wheels(self) -> dict[str, float]:
+    def _measure_wheel_angles(self) -> dict[str, float]:
         motors = self._robot.drive.motors if self._robot.drive else ()
         return {motor: self._body.angle(self._body.find_joints(motor)) for motor in motors}
 

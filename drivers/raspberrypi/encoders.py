@@ -16,7 +16,7 @@ from drivers.raspberrypi.pins import stop_edge_detection, translate_pin_errors
 from robotcore.description import RobotDescription
 from robotcore.hal.clock import Clock
 from robotcore.hal.device import Device
-from robotcore.hal.device_tester import REVERSED
+from robotcore.hal.device_test import REVERSED
 from robotcore.hal.sampling import SampleCache
 from robotcore.hardware import Connection, DeviceContext, DeviceDriver, Drivers, motor_of
 from robotcore.kinds.encoder import Angle, Encoder, EncoderDescription

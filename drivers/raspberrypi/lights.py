@@ -10,7 +10,7 @@ from typing import Any, ClassVar
 from drivers.raspberrypi.header import Gpio, gpio
 from drivers.raspberrypi.pins import PWM_HZ, open_output
 from robotcore.description import RobotDescription
-from robotcore.hal.device_tester import IN_OTHER_ORDER, INVERTED
+from robotcore.hal.device_test import IN_OTHER_ORDER, INVERTED
 from robotcore.hardware import Connection, DeviceContext, DeviceDriver, Drivers
 from robotcore.kinds.led import Brightness, Led, LedDescription
 

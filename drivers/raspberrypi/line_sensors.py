@@ -14,7 +14,7 @@ from drivers.raspberrypi.pins import translate_pin_errors
 from robotcore.description import RobotDescription
 from robotcore.errors import Mistake
 from robotcore.hal.clock import Clock
-from robotcore.hal.device_tester import IN_OTHER_ORDER, INVERTED
+from robotcore.hal.device_test import IN_OTHER_ORDER, INVERTED
 from robotcore.hal.sampling import SampleCache
 from robotcore.hardware import Connection, DeviceContext, DeviceDriver, Drivers
 from robotcore.kinds.line_sensor import Darkness, LineSensor, LineSensorDescription

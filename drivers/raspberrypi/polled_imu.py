@@ -12,7 +12,7 @@ from pydantic import Field
 from drivers.raspberrypi.i2c import ChipDriver
 from robotcore.errors import DeviceError
 from robotcore.hal.clock import Clock
-from robotcore.hal.device_tester import REVERSED
+from robotcore.hal.device_test import REVERSED
 from robotcore.hardware.polled_samples import NewestSample
 from robotcore.kinds.imu import Imu, ImuDescription, ImuSample
 

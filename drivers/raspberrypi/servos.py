@@ -12,7 +12,7 @@ from drivers.raspberrypi.header import Gpio, gpio
 from drivers.raspberrypi.pins import open_output
 from robotcore.description import RobotDescription
 from robotcore.errors import Mistake
-from robotcore.hal.device_tester import AT_OTHER_ANGLES, REVERSED
+from robotcore.hal.device_test import AT_OTHER_ANGLES, REVERSED
 from robotcore.hardware import Connection, DeviceContext, DeviceDriver, Drivers
 from robotcore.kinds.servo import Servo, ServoDescription
 

@@ -4,10 +4,9 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, Protocol
 
 from robotcore.calibration.least_squares import Estimate
-from robotcore.description.editing import RobotEditor
 
 DEVIATIONS = 2.0
 """A value of the file is corrected if it differs from the measured one by more than this many standard deviations."""
@@ -60,7 +59,20 @@ class Correction:
         }
 
 
-def apply_corrections(editor: RobotEditor, corrections: Iterable[Correction]) -> None:
+class RobotTables(Protocol):
+    """The tables of a robot's file, such as a `RobotEditor`. A mapping changes keys of an inner table."""
+
+    def set_drive(self, **values: Any) -> None:
+        """Set keys of ``[drive]``."""
+
+    def set_device(self, device: str, **values: Any) -> None:
+        """Set keys in the table of ``[[devices]]`` with a name."""
+
+    def set_section(self, section: str, device: str, **values: Any) -> None:
+        """Set keys in the table of a device in a backend's section."""
+
+
+def apply_corrections(tables: RobotTables, corrections: Iterable[Correction]) -> None:
     """Set the values of all needed corrections. Raises UsageError if the file lacks a table."""
     for each in corrections:
         if not each.is_needed:
@@ -68,10 +80,10 @@ def apply_corrections(editor: RobotEditor, corrections: Iterable[Correction]) ->
         value: Any = {each.key: each.new}
         match each.table:
             case ("drive",):
-                editor.set_drive(**value)
+                tables.set_drive(**value)
             case ("devices", name):
-                editor.set_device(name, **value)
+                tables.set_device(name, **value)
             case (section, name):
-                editor.set_section(section, name, **value)
+                tables.set_section(section, name, **value)
             case (section, name, inner):
-                editor.set_section(section, name, **{inner: value})
+                tables.set_section(section, name, **{inner: value})

@@ -10,8 +10,6 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from robotcore.description.editing import round_measured
-
 Array = NDArray[np.float64]
 
 MAX_STEPS = 60
@@ -25,6 +23,22 @@ MAX_DIGITS = 4
 
 DIFFERENCE = 1e-4
 """The step of the numeric derivative, as a share of a parameter's scale."""
+
+
+def round_measured(value: float, uncertainty: float) -> float:
+    """Return a measured value without the digits that its uncertainty makes meaningless.
+
+    The last digit that stays is the second one of the uncertainty, so that rounding adds no error of importance.
+
+    uncertainty: the standard deviation of the value, in the unit of the value. With 0, six digits stay.
+
+    >>> round_measured(13.28517, 0.0317), round_measured(0.0325, 0.0), round_measured(13.28517, 4.0)
+    (13.285, 0.0325, 13.3)
+    """
+    if not (math.isfinite(value) and math.isfinite(uncertainty)) or value == 0:
+        return value
+    scale = abs(uncertainty) or abs(value) * 1e-4
+    return round(value, 1 - math.floor(math.log10(scale)))
 
 
 class Estimate(NamedTuple):

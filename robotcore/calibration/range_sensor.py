@@ -12,13 +12,13 @@ from numpy.typing import NDArray
 
 from robotcore.autonomy.manoeuvres import straight
 from robotcore.autonomy.routines import Routine, wait
-from robotcore.calibration.plot import Plot, Series
 from robotcore.canvas import SERIES
 from robotcore.errors import BlockedError, CalibrationError
 from robotcore.hal.robot import Robot
 from robotcore.hal.simulation_state import SimulationState
 from robotcore.kinds.range_sensor import Range, RangeSensor, RangeSensorDescription
 from robotcore.raycast import FAN_SETBACK_M, Fan
+from robotcore.view.chart import Chart, Series
 
 Array = NDArray[np.float64]
 
@@ -28,7 +28,7 @@ MIN_ECHOES = 8
 MAX_LOSS = 0.5
 """A distance at which more echoes are lost is out of range."""
 
-MIN_STOPS = 2
+MIN_DISTANCES = 2
 """The least number of distances for a fit."""
 
 OUTLIER_FACTOR = 5.0
@@ -57,7 +57,7 @@ MIN_TRUE_M, MAX_TRUE_M = 0.0, 20.0
 
 
 @dataclass
-class Stop:
+class WallSamples:
     """The samples of a sensor before a wall at one distance."""
 
     distance_m: float
@@ -77,7 +77,7 @@ class Stop:
 
 
 @dataclass(frozen=True)
-class StopResult:
+class WallResult:
     """The result at one distance."""
 
     distance_m: float
@@ -125,23 +125,24 @@ class RangeFit:
     """The root mean square of the errors that remain at the distances, in metres."""
     max_range_m: float | None
     """The greatest distance at which the sensor saw the wall, if it did not see it farther away. Otherwise None."""
-    stops: tuple[StopResult, ...]
+    walls: tuple[WallResult, ...]
     """The results in the order of their distances."""
 
 
-def fit_range(stops: Sequence[Stop], sensor: RangeSensorDescription) -> RangeFit:
+def fit_range(walls: Sequence[WallSamples], sensor: RangeSensorDescription) -> RangeFit:
     """Return the errors of a sensor.
 
     Raises CalibrationError if the sensor sees the wall at too few distances, or if the errors have no common offset.
     """
-    period = _find_period(stops)
-    results = sorted((_evaluate(stop, period) for stop in stops), key=lambda result: result.distance_m)
+    period = _find_period(walls)
+    results = sorted((_evaluate(samples, period) for samples in walls), key=lambda result: result.distance_m)
     seen = [each for each in results if each.is_in_range and each.distance_m > sensor.min_range_m]
-    if len(seen) < MIN_STOPS:
+    if len(seen) < MIN_DISTANCES:
         places = ", ".join(f"{each.distance_m:g} m" for each in seen) or "no distance"
         raise CalibrationError(
-            f"{sensor.name} sees the wall at {places}, and {MIN_STOPS} are needed between {sensor.min_range_m:g} m and "
-            f"{sensor.max_range_m:g} m. The wall must be flat, hard, and square to the sensor",
+            f"{sensor.name} measured the wall at {places}. {MIN_DISTANCES} distances are needed between "
+            f"{sensor.min_range_m:g} m and {sensor.max_range_m:g} m. The wall must be flat, hard, and square to the "
+            "sensor",
             kind="wall-not-seen",
             device=sensor.name,
         )
@@ -176,7 +177,7 @@ def _fit_line(distances: Array, errors: Array) -> tuple[float, float, Array, flo
     count, offset = len(errors), float(errors.mean())
     remaining = errors - offset
     spread = max(math.sqrt(float(remaining @ remaining) / max(count - 1, 1)), TAPE_M)
-    if count > MIN_STOPS and float(np.ptp(distances)) >= MIN_SPAN_M:
+    if count > MIN_DISTANCES and float(np.ptp(distances)) >= MIN_SPAN_M:
         away = distances - distances.mean()
         scale = float(away @ errors) / float(away @ away)
         rest = errors - offset - scale * away
@@ -188,15 +189,15 @@ def _fit_line(distances: Array, errors: Array) -> tuple[float, float, Array, flo
     return offset, 0.0, remaining, spread / math.sqrt(count)
 
 
-def _find_period(stops: Sequence[Stop]) -> float:
+def _find_period(walls: Sequence[WallSamples]) -> float:
     """Return the time between two measurements, in seconds; infinite if it is unknown.
 
     Sensors differ in what a lost echo is: no sample, so that the next one is late, or a sample with the distance inf.
     """
     gaps = [
         (second.time - first.time) / (second.sequence - first.sequence)
-        for stop in stops
-        for first, second in pairwise(stop.readings)
+        for samples in walls
+        for first, second in pairwise(samples.readings)
     ]
     if not gaps:
         return math.inf
@@ -204,20 +205,20 @@ def _find_period(stops: Sequence[Stop]) -> float:
     return float(np.median([gap for gap in gaps if gap < 1.5 * shortest]))
 
 
-def _evaluate(stop: Stop, period: float) -> StopResult:
-    distances = np.array([each.distance for each in stop.readings], float)
+def _evaluate(samples: WallSamples, period: float) -> WallResult:
+    distances = np.array([each.distance for each in samples.readings], float)
     echoes = distances[np.isfinite(distances)]
     missing = 0
-    for first, second in pairwise(stop.readings):
+    for first, second in pairwise(samples.readings):
         cycles = round((second.time - first.time) / period) if period else 0
-        missing += max(cycles - (1 if stop.is_held else second.sequence - first.sequence), 0)
+        missing += max(cycles - (1 if samples.is_held else second.sequence - first.sequence), 0)
     lost = missing + len(distances) - len(echoes)
     if len(echoes) < MIN_ECHOES:
-        return StopResult(stop.distance_m, math.nan, math.nan, len(echoes), lost)
+        return WallResult(samples.distance_m, math.nan, math.nan, len(echoes), lost)
     middle = float(np.median(echoes))
     spread = 1.4826 * float(np.median(np.abs(echoes - middle)))
     wall = echoes[np.abs(echoes - middle) <= max(OUTLIER_FACTOR * spread, TAPE_M)]
-    return StopResult(stop.distance_m, float(wall.mean()), float(wall.std(ddof=1)), len(echoes), lost)
+    return WallResult(samples.distance_m, float(wall.mean()), float(wall.std(ddof=1)), len(echoes), lost)
 
 
 def measure_true_distance(state: SimulationState, sensor: str) -> float:
@@ -228,16 +229,16 @@ def measure_true_distance(state: SimulationState, sensor: str) -> float:
     return fan.reading(state.cast(start, directions, MAX_TRUE_M + 2 * FAN_SETBACK_M))
 
 
-def listen(robot: Robot, sensor: RangeSensor, distance_m: float, seconds: float) -> Routine[Stop]:
+def collect_samples(robot: Robot, sensor: RangeSensor, distance_m: float, seconds: float) -> Routine[WallSamples]:
     """Collect the samples of a sensor for a time, while the robot stands.
 
     distance_m: the true distance to the wall, in metres.
     """
-    stop, end = Stop(distance_m, is_held=sensor.echo_free_samples > 1), robot.clock.now() + seconds
+    samples, end = WallSamples(distance_m, is_held=sensor.echo_free_samples > 1), robot.clock.now() + seconds
     while robot.clock.now() < end:
-        stop.add(sensor.read())
+        samples.add(sensor.read())
         yield
-    return stop
+    return samples
 
 
 def approach(robot: Robot, step_m: float) -> Routine[bool]:
@@ -258,11 +259,12 @@ def build_description_values(fit: RangeFit) -> dict[str, float]:
     return {"noise_m": round(fit.noise_m, 4), "loss": round(fit.loss, 3)}
 
 
-def draw_errors(fit: RangeFit, sensor: str) -> Plot:
+def build_error_chart(fit: RangeFit, sensor: str) -> Chart:
     """Return a chart of the errors at each distance, and of the fit."""
-    seen = [each for each in fit.stops if each.is_in_range]
-    ends = seen[0].distance_m, seen[-1].distance_m
-    line = [(distance, fit.offset_m + fit.scale * distance) for distance in ends]
-    dots = [(each.distance_m, each.error_m) for each in seen]
-    series = (Series("mean of the echoes", dots), Series("fit", line, True, SERIES[1]))
-    return Plot(f"Errors of {sensor}", "distance in m", "error in m", series)
+    seen = [each for each in fit.walls if each.is_in_range]
+    distances, errors = ([getattr(each, key) for each in seen] for key in ("distance_m", "error_m"))
+    series = [
+        Series(distances, errors, label="mean of the echoes", has_dots=True),
+        Series(distances, [fit.offset_m + fit.scale * each for each in distances], SERIES[1], label="fit"),
+    ]
+    return Chart(f"Errors of {sensor}", series, "distance in m", "error in m")

@@ -29,7 +29,7 @@ MISSED = 1
     "requirements",
     metavar="BOUND",
     multiple=True,
-    help="A bound such as path.end_m<=0.2, by the keys of --json. It holds for the last column.",
+    help="Require a bound of the last column, such as path.end_m<=0.2. --json has the keys, below as_recorded.",
 )
 @backend_option
 @host_option
@@ -49,10 +49,10 @@ def command(
     *,
     as_json: bool,
 ) -> int:
-    """Show how far a simulation parts from a recorded run FILE.
+    """Show how much a simulation differs from a recorded run FILE.
 
-    The simulated robot gets the recorded commands at the recorded times. The differences of the wheel speeds, the
-    paths, the ranges and the pictures are measured.
+    The simulated robot gets the recorded commands at the recorded times. The command measures the differences of
+    the wheel speeds, the paths, the ranges and the pictures.
 
     Without --robot, the robot is that of the recording. With it, the table has a second column, so that one recording
     shows both the robot's file before a calibration and the file after it.

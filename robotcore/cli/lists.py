@@ -78,7 +78,7 @@ def kinds(*, as_json: bool) -> None:
 def robots(name: str | None, *, as_json: bool) -> None:
     """List the robots that --robot accepts by name.
 
-    With NAME, prints the file of that robot. Copy it to change it: `robotcore robots rover > my_robot.toml`.
+    With NAME, print the file of that robot. Copy it to change it: `robotcore robots rover > my_robot.toml`.
     """
     from robotcore.description import read_shipped, robot_names
 

@@ -21,80 +21,94 @@ def has_terminal() -> bool:
     return sys.stdin is not None and not sys.stdin.closed and sys.stdin.isatty()
 
 
-def read_answer(prompt: str, check: Callable[[], object] = lambda: None) -> str | None:
-    """Return the line that the person types after a prompt on stderr; None without a terminal, and after Ctrl-D.
+class TerminalPerson:
+    """The person at the terminal. Questions are written on stderr.
 
-    check: is called several times a second while the person types. It raises an exception to end the prompt, such as
-        after an e-stop.
+    is_confirmed: whether the person has confirmed by ``--yes`` that the robot may move.
     """
-    if not has_terminal():
+
+    def __init__(self, *, is_confirmed: bool = False) -> None:
+        self._is_confirmed = is_confirmed
+        self.check: Callable[[], object] = lambda: None
+        """Is called several times a second while the person types. It raises the error of an e-stop."""
+
+    def prepare(self, instruction: str, *, has_question: bool = False) -> None:
+        """Wait until the person has followed an instruction and presses Enter, unless ``--yes`` has confirmed it.
+
+        has_question: whether `ask` follows after the robot has moved. Then ``--yes`` does not replace the person.
+
+        Raises UsageError if no person can confirm it.
+        """
+        if self._is_confirmed and not has_question:
+            return
+        if not has_terminal():
+            remedy = "Run the command in a terminal" + ("" if has_question else ", or add --yes")
+            raise UsageError(f"no terminal to confirm this: {instruction}. {remedy}", kind="not-confirmed")
+        if self._is_confirmed:
+            return
+        if self.read_line(f"{instruction}. Then press Enter.") is None:
+            text = "standard input was closed before the robot moved. Repeat the command"
+            raise UsageError(text, kind="not-confirmed")
+
+    def ask(self, question: str) -> float:
+        """Return the number that the person types. Raises UsageError after Ctrl-D."""
+        while (answer := self.read_line(f"{question}:")) is not None:
+            if math.isfinite(number := _parse_number(answer)):
+                return number
+            write_line(f"{answer!r} is no number. Type a number such as 1.024", is_error=True)
+        text = f"standard input was closed before this answer: {question}. Repeat the command"
+        raise UsageError(text, kind="no-answer")
+
+    def read_number(self, prompt: str, find_problem: Callable[[float], str] = lambda _number: "") -> float | None:
+        """Return a number that the person types; None for an empty line, without a terminal, and after Ctrl-D.
+
+        find_problem: returns the problem of a number; ``""`` for a valid one.
+        """
+        while answer := self.read_line(prompt):
+            number = _parse_number(answer)
+            problem = find_problem(number) if math.isfinite(number) else f"{answer!r} is no number"
+            if not problem:
+                return number
+            write_line(f"{problem}. Type another number, or press Enter to end", is_error=True)
         return None
-    with suppress(OSError):
-        sys.stderr.write(f"{escape(prompt)} ")
-        sys.stderr.flush()
-    try:
-        while not select([sys.stdin], [], [], CHECK_S)[0]:
-            check()
-        check()
-    except BaseException:
-        write_line(is_error=True)  # the error gets a line of its own
-        raise
-    line = sys.stdin.readline()
-    if not line:
-        write_line(is_error=True)
+
+    def choose(self, prompt: str, choices: Mapping[str, str]) -> str | None:
+        """Return the key of a choice; None without a terminal, after Ctrl-D, and if the person skips the question.
+
+        choices: the meanings of the answers, by what the person types.
+        """
+        listed = ", ".join(f"{key} = {meaning}" for key, meaning in choices.items())
+        while (answer := self.read_line(f"{prompt} [{listed}, Enter = skip]")) is not None:
+            if not answer:
+                return None
+            if answer.lower() in choices:
+                return answer.lower()
+            write_line(f"{answer!r} is no answer. Type one of: {', '.join(choices)}", is_error=True)
         return None
-    return line.strip()
 
-
-def choose(prompt: str, choices: Mapping[str, str], check: Callable[[], object] = lambda: None) -> str | None:
-    """Return the key of a choice; None without a terminal, after Ctrl-D, and if the person skips the question.
-
-    choices: the meanings of the answers, by what the person types.
-    check: see `read_answer`.
-    """
-    listed = ", ".join(f"{key} = {meaning}" for key, meaning in choices.items())
-    while (answer := read_answer(f"{prompt} [{listed}, Enter = skip]", check)) is not None:
-        if not answer:
+    def read_line(self, prompt: str) -> str | None:
+        """Return the line that the person types after a prompt; None without a terminal, and after Ctrl-D."""
+        if not has_terminal():
             return None
-        if answer.lower() in choices:
-            return answer.lower()
-        write_line(f"{answer!r} is no answer. Type one of: {', '.join(choices)}", is_error=True)
-    return None
-
-
-def read_number(
-    prompt: str, find_problem: Callable[[float], str], check: Callable[[], object] = lambda: None
-) -> float | None:
-    """Return a number that the person types; None for an empty line, without a terminal, and after Ctrl-D.
-
-    find_problem: returns the problem of a number; ``""`` for a valid one.
-    check: see `read_answer`.
-    """
-    while answer := read_answer(prompt, check):
+        with suppress(OSError):
+            sys.stderr.write(f"{escape(prompt)} ")
+            sys.stderr.flush()
         try:
-            value = float(answer.replace(",", "."))
-        except ValueError:
-            value = math.nan
-        problem = find_problem(value) if math.isfinite(value) else f"{answer!r} is no number"
-        if not problem:
-            return value
-        write_line(f"{problem}. Type another number, or press Enter to end", is_error=True)
-    return None
+            while not select([sys.stdin], [], [], CHECK_S)[0]:
+                self.check()
+            self.check()
+        except BaseException:
+            write_line(is_error=True)  # the error gets a line of its own
+            raise
+        line = sys.stdin.readline()
+        if not line:
+            write_line(is_error=True)
+            return None
+        return line.strip()
 
 
-def require_ready(instruction: str, check: Callable[[], object] = lambda: None, *, is_confirmed: bool) -> None:
-    """Wait until the person has followed an instruction and presses Enter.
-
-    check: see `read_answer`.
-    is_confirmed: whether the person has confirmed it before, by ``--yes``.
-
-    Raises UsageError if no person can confirm it.
-    """
-    if is_confirmed:
-        return
-    if not has_terminal():
-        text = f"no terminal to confirm this: {instruction}. Run the command in a terminal, or add --yes"
-        raise UsageError(text, kind="not-confirmed")
-    if read_answer(f"{instruction}. Then press Enter.", check) is None:
-        text = "standard input was closed before the robot moved. Repeat the command"
-        raise UsageError(text, kind="not-confirmed")
+def _parse_number(answer: str) -> float:
+    """Return the number in an answer, with a point or a comma; NaN if it is none."""
+    with suppress(ValueError):
+        return float(answer.replace(",", "."))
+    return math.nan

@@ -2,19 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from typing import TYPE_CHECKING, Any
 
-import click
-
-from robotcore.cli.output import write_line, write_lines
+from robotcore.cli.output import write_content, write_line
 
 if TYPE_CHECKING:
     from robotcore.description.editing import RobotEditor
     from robotcore.hal.backend import Backend
-
-write_option = click.option("--write", "is_writing", is_flag=True, help="Write the results to the robot's file.")
-"""The option ``--write`` of a command."""
 
 
 class RobotChanges:
@@ -34,68 +29,95 @@ class RobotChanges:
         self._editor: RobotEditor | None = RobotEditor(robot) if is_writing or is_own(robot) else None
         if self._editor and is_writing:
             self._editor.require_writable()
-        self.values: dict[str, dict[str, Any]] = {}
-        """The new values of each table, for JSON and for a shipped robot, whose file has no diff."""
-        self.diff = ""
-        """The changes as a unified diff, after `finish`. Empty for a shipped robot."""
+        self._reason = ""
+        self._values: dict[str, dict[str, Any]] = {}
+        self._diff = ""
         self.is_written = False
         """Whether `finish` has written the file."""
 
-    def set_device(self, device: str, values: Mapping[str, Any]) -> None:
-        """Set keys in the table of ``[[devices]]`` with a name."""
-        if self._editor:
-            self._editor.set_device(device, **values)
-        self._add(f"devices.{device}", values)
+    def set_drive(self, **values: Any) -> None:
+        """Set keys of ``[drive]``."""
+        self._change("drive", values, lambda editor: editor.set_drive(**values))
 
-    def set_section(self, section: str, device: str, values: Mapping[str, Any]) -> None:
-        """Set keys in the table of a device in a backend's section."""
-        if self._editor:
-            self._editor.set_section(section, device, **values)
-        self._add(f"{section}.{device}", values)
+    def set_device(self, device: str, **values: Any) -> None:
+        """Set keys in the table of ``[[devices]]`` with a name."""
+        self._change(f"devices.{device}", values, lambda editor: editor.set_device(device, **values))
+
+    def set_section(self, section: str, device: str, **values: Any) -> None:
+        """Set keys in the table of a device in a backend's section. A mapping changes keys of an inner table."""
+        self._change(f"{section}.{device}", values, lambda editor: editor.set_section(section, device, **values))
 
     def replace_section(self, section: str, device: str, table: Mapping[str, Any]) -> None:
         """Replace the table of a device in a backend's section."""
-        if self._editor:
-            self._editor.replace_section(section, device, table)
-        self._add(f"{section}.{device}", table)
+        self._change(f"{section}.{device}", table, lambda editor: editor.replace_section(section, device, table))
 
-    def _add(self, table: str, values: Mapping[str, Any]) -> None:
-        self.values.setdefault(table, {}).update(values)
+    def _change(self, table: str, values: Mapping[str, Any], edit: Callable[[RobotEditor], None]) -> None:
+        if self._editor:
+            edit(self._editor)
+        _merge(self._values.setdefault(table, {}), values)
+
+    def refuse(self, reason: str) -> None:
+        """Show the changes, but do not write them.
+
+        reason: a sentence without its full stop.
+        """
+        self._reason = reason
 
     def finish(self, backend: Backend) -> None:
-        """Write the file, if the user wants it. The backend checks the new content first.
+        """Write the file, if the user wants it. The backend checks the new content first. A second call does nothing.
 
         Raises DescriptionError if the new content has mistakes, and UsageError if the file cannot be written.
         """
-        if self._editor and self._editor.has_changed:
-            self.diff = self._editor.diff
-            if self._is_writing:
-                self._editor.write(backend.check)
-                self.is_written = True
-            else:
-                backend.check(self._editor.parse())
+        if not (self._editor and self._editor.has_changed):
+            return
+        self._diff = self._editor.diff
+        if self._is_writing and not self._reason:
+            self._reason = "it could not be written"
+            self._editor.write(backend.check)
+            self._reason, self.is_written = "", True
+        else:
+            backend.check(self._editor.parse())
 
-    def show(self) -> None:
-        """Write the changes on stdout, and what the user can do with them."""
-        if not self.values:
+    def to_dict(self) -> dict[str, Any]:
+        """Return the fields for JSON. The diff of a shipped robot, whose file cannot be changed, is empty."""
+        return {"values": self._values, "diff": self._diff, "is_written": self.is_written}
+
+    def show(self, *, is_right: bool) -> None:
+        """Write the changes on stdout, and what the user can do with them.
+
+        is_right: whether the file is right if there are no changes.
+        """
+        if not self._values and not is_right:
             return
         write_line()
-        if self._editor is None:
+        if not self._values or (self._editor and not self._diff):
+            write_line(f"{self._robot} agrees with the measurement. There is nothing to correct.")
+        elif self._editor is None:
             self._show_values()
-        elif not self.diff:
-            write_line(f"{self._robot} has these values already.")
         else:
-            write_lines(self.diff.rstrip("\n"))
-            write_line(
-                f"Written to {self._robot}." if self.is_written else "Nothing was written. Add --write to write it."
-            )
+            write_content(self._diff)
+            write_line()
+            write_line(self._describe_end())
+
+    def _describe_end(self) -> str:
+        if self._reason:
+            return f"{self._robot} stays as it is: {self._reason}."
+        return f"{self._robot} has been corrected." if self.is_written else f"Add --write to correct {self._robot}."
 
     def _show_values(self) -> None:
         import tomlkit
 
-        for table, values in self.values.items():
+        for table, values in self._values.items():
             write_line(f"{table}: {tomlkit.item(dict(values)).as_string().strip().replace(chr(10), ', ')}")
-        write_line(
-            f"{self._robot} is a shipped robot, whose file cannot be changed. Copy it: robotcore robots {self._robot} "
-            f"> my_{self._robot.replace('-', '_')}.toml"
-        )
+        copy = f"my_{self._robot.replace('-', '_')}.toml"
+        write_line(f"To correct a robot, copy its file: robotcore robots {self._robot} > {copy}")
+        write_line(f"Then repeat this command with --robot {copy} --write.")
+
+
+def _merge(table: dict[str, Any], values: Mapping[str, Any]) -> None:
+    """Set values in a table. A mapping changes keys of an inner table."""
+    for key, value in values.items():
+        if isinstance(value, Mapping) and isinstance(table.get(key), dict):
+            _merge(table[key], value)
+        else:
+            table[key] = dict(value) if isinstance(value, Mapping) else value

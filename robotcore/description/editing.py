@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import copy
 import difflib
-import math
 import os
 from collections.abc import Callable, Mapping
 from pathlib import Path
@@ -17,22 +16,6 @@ from robotcore.errors import UsageError
 from robotcore.files import replace_file, require_replaceable
 
 BYTE_ORDER_MARK = "\ufeff"
-
-
-def round_measured(value: float, uncertainty: float) -> float:
-    """Return a measured value without the digits that its uncertainty makes meaningless.
-
-    The last digit that stays is the second one of the uncertainty, so that rounding adds no error of importance.
-
-    uncertainty: the standard deviation of the value, in the unit of the value. With 0, six digits stay.
-
-    >>> round_measured(13.28517, 0.0317), round_measured(0.0325, 0.0), round_measured(13.28517, 4.0)
-    (13.285, 0.0325, 13.3)
-    """
-    if not (math.isfinite(value) and math.isfinite(uncertainty)) or value == 0:
-        return value
-    scale = abs(uncertainty) or abs(value) * 1e-4
-    return round(value, 1 - math.floor(math.log10(scale)))
 
 
 class RobotEditor:
@@ -74,7 +57,6 @@ class RobotEditor:
         self._content = read_limited(Path(robot), MAX_FILE_BYTES)
         load_robot(robot)
         self._before = self._content.decode("utf-8")
-        self._newline = "\r\n" if "\r\n" in self._before else "\n"
         plain = self._before.removeprefix(BYTE_ORDER_MARK).replace("\r\n", "\n")
         self._mark = BYTE_ORDER_MARK if self._before.startswith(BYTE_ORDER_MARK) else ""
         self._document: Any = tomlkit.parse(plain)
@@ -124,7 +106,7 @@ class RobotEditor:
     def text(self) -> str:
         """The new text of the file."""
         new: str = self._document.as_string()
-        return self._mark + new.replace("\n", self._newline)
+        return self._mark + _restore_line_endings(self._before.removeprefix(BYTE_ORDER_MARK), new)
 
     @property
     def has_changed(self) -> bool:
@@ -134,8 +116,10 @@ class RobotEditor:
     @property
     def diff(self) -> str:
         """The changes as a unified diff; ``""`` without one."""
-        before, after = (each.replace("\r\n", "\n").splitlines(keepends=True) for each in (self._before, self.text))
-        return "".join(difflib.unified_diff(before, after, self.file, f"{self.file} (new)"))
+        texts = (each.replace("\r\n", "\n").removesuffix("\n") for each in (self._before, self.text))
+        before, after = (each.split("\n") for each in texts)
+        lines = difflib.unified_diff(before, after, self.file, f"{self.file} (new)", lineterm="")
+        return "".join(f"{line}\n" for line in lines)
 
     def parse(self) -> RobotDescription:
         """Return the description in the new text. Raises DescriptionError for mistakes in it."""
@@ -180,6 +164,27 @@ class RobotEditor:
     def _refuse(self, error: OSError) -> UsageError:
         text = f"{self.file}: cannot be written: {error.strerror}. Allow it, or name a copy of the file with --robot"
         return UsageError(text, kind="unwritable-file", file=self.file)
+
+
+def _restore_line_endings(before: str, after: str) -> str:
+    r"""Return a text in which each line has the ending that it has in an older text.
+
+    A line that replaces another one gets the ending of that one, and a line that is added that of the line before it.
+
+    before: the older text. Its lines end with ``\n`` or ``\r\n``.
+    after: the text. Its lines end with ``\n``.
+    """
+    if "\r\n" not in before:
+        return after
+    old, new = before.split("\n"), after.split("\n")
+    endings = ["\r\n" if line.endswith("\r") else "\n" for line in old[:-1]]
+    found: list[str] = []
+    plain = [line.removesuffix("\r") for line in old]
+    for _, first, last, start, end in difflib.SequenceMatcher(None, plain, new, autojunk=False).get_opcodes():
+        kept = endings[first:last]
+        before_it = (kept or endings[:first] or endings[:1])[-1]
+        found += (kept + [before_it] * (end - start))[: end - start]
+    return "".join(line + ending for line, ending in zip(new, [*found[: len(new) - 1], ""], strict=True))
 
 
 def _update(table: Any, values: Mapping[str, Any]) -> None:

@@ -74,7 +74,7 @@ class Corrections:
         self._drivers[device] = type(driver).model_validate(own)
         return settings
 
-    def describe(self, device: str, values: Mapping[str, Any]) -> None:
+    def correct_description(self, device: str, values: Mapping[str, Any]) -> None:
         """Correct values of a device's description."""
         self.values.setdefault(device, {}).update(values)
 

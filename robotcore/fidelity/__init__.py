@@ -1,1 +1,1 @@
-"""Measures how far a recorded run and its simulation with the same commands part."""
+"""Measures how much a recorded run and its simulation with the same commands differ."""

@@ -24,7 +24,7 @@ from robotcore.fidelity.notes import (
 )
 from robotcore.fidelity.recorded_data import RecordedData, read_recorded
 from robotcore.fidelity.run_data import RunData, list_ray_sensors
-from robotcore.fidelity.simulated_run import Replay, simulate
+from robotcore.fidelity.simulated_run import SimulationInputs, simulate
 from robotcore.geometry import Pose, wrap_angle
 from robotcore.kinds.encoder import EncoderDescription
 from robotcore.recording import Recording, Tick
@@ -42,7 +42,7 @@ FARTHEST_M = 100.0
 
 
 @dataclass(frozen=True, eq=False)
-class SimulatedColumn:
+class SimulationResult:
     """A simulation of the recorded run, and its differences from it."""
 
     title: str
@@ -70,7 +70,7 @@ class Fidelity:
     recorded: RecordedData
     commands: Sequence[WheelCommand]
     """The recorded commands to the wheels."""
-    columns: tuple[SimulatedColumn, ...]
+    simulations: tuple[SimulationResult, ...]
     """The simulation with the recorded description, and the one with a robot's file if there is one."""
     notes: tuple[str, ...]
     """Sentences about the sources of the measures, and about what the simulation does not have."""
@@ -87,12 +87,12 @@ class Fidelity:
 
     @cached_property
     def measures(self) -> dict[str, float]:
-        """The measures of the last column by their dotted JSON keys, such as ``path.end_m``, without unknown ones."""
-        return dict(_flatten(asdict(self.columns[-1].differences)))
+        """The known measures of the last simulation by their dotted JSON keys, such as ``path.end_m``."""
+        return dict(_flatten(asdict(self.simulations[-1].differences)))
 
     def to_dict(self) -> dict[str, Any]:
         """Return the JSON fields. An unknown value is None."""
-        request, differences = self.recording.metadata.request, [asdict(each.differences) for each in self.columns]
+        request, differences = self.recording.metadata.request, [asdict(each.differences) for each in self.simulations]
         return {
             "file": self.name,
             "app": request.app_reference,
@@ -127,7 +127,7 @@ def measure_fidelity(
     duration_s: float | None = None,
     options: Mapping[str, Any] | None = None,
 ) -> Fidelity:
-    """Repeat the commands of a recorded run in a simulator, and return how far the two runs part.
+    """Repeat the commands of a recorded run in a simulator, and return how much the two runs differ.
 
     name: the name of the recording's file, for messages.
     backend: the name of the simulator.
@@ -148,7 +148,7 @@ def measure_fidelity(
     ...     recorder = Recorder(Path(folder, "run.mcap"))
     ...     result = run(RunRequest("avoid-obstacles", timeout_s=2.0), [recorder], [recorder.layer])
     ...     fidelity = measure_fidelity(read(Path(folder, "run.mcap")), "run.mcap")
-    >>> fidelity.columns[0].differences.path.end_m
+    >>> fidelity.simulations[0].differences.path.end_m
     0.0
     """
     simulator, recorded = load_simulator(backend), recording.metadata.description
@@ -159,14 +159,14 @@ def measure_fidelity(
         robot = robot.idealise() if recording.metadata.request.ideal else robot
     room = world or recording.metadata.world
     measured = read_recorded(recording, ticks, robot or recorded, _find_odometry_start(room, ticks))
-    columns = []
+    simulations = []
     for title, described in ((AS_RECORDED, recorded), *([(get_title(robot), robot)] if robot else [])):
-        replay = _build_replay(recording, ticks, commands, measured.run, described, room, options or {})
-        done = simulate(simulator, replay)
+        inputs = _build_inputs(recording, ticks, commands, measured.run, described, room, options or {})
+        done = simulate(simulator, inputs)
         differences = compare(measured.run, done.data, commands, _find_encoder_step(recorded))
-        columns.append(SimulatedColumn(title, described, done.data, differences, replay.conversions, done.missing))
-    notes = tuple(_list_notes(recording, ticks, measured, columns, room, robot))
-    return Fidelity(name, recording, backend, room, measured, commands, tuple(columns), notes)
+        simulations.append(SimulationResult(title, described, done.data, differences, inputs.conversions, done.missing))
+    notes = tuple(_list_notes(recording, ticks, measured, simulations, room, robot))
+    return Fidelity(name, recording, backend, room, measured, commands, tuple(simulations), notes)
 
 
 def _find_odometry_start(world: WorldDescription | None, ticks: Sequence[Tick]) -> Pose:
@@ -175,7 +175,7 @@ def _find_odometry_start(world: WorldDescription | None, ticks: Sequence[Tick]) 
     return start.compose(first) if first and is_plausible(first) else start
 
 
-def _build_replay(
+def _build_inputs(
     recording: Recording,
     ticks: Sequence[Tick],
     commands: Sequence[WheelCommand],
@@ -183,10 +183,10 @@ def _build_replay(
     robot: RobotDescription,
     world: WorldDescription | None,
     options: Mapping[str, Any],
-) -> Replay:
+) -> SimulationInputs:
     metadata = recording.metadata
     room = world or WorldDescription(name="floor", floor=Floor(length_m=FLOOR_SIDE_M, width_m=FLOOR_SIDE_M))
-    return Replay(
+    return SimulationInputs(
         recorded=metadata.description,
         robot=robot.with_conditions(room.conditions),
         world=room.model_copy(update={"start": _place_start(recorded.start or room.start.pose)}),
@@ -234,20 +234,21 @@ def _list_notes(
     recording: Recording,
     ticks: Sequence[Tick],
     measured: RecordedData,
-    columns: Sequence[SimulatedColumn],
+    simulations: Sequence[SimulationResult],
     world: WorldDescription | None,
     robot: RobotDescription | None,
 ) -> Iterator[str]:
     recorded, backend = recording.metadata.description, recording.metadata.request.backend
     yield describe_path(measured.source, robot)
-    yield from describe_motors(backend, columns[-1].conversions)
+    yield from describe_motors(backend, simulations[-1].conversions)
     yield from describe_world(recording, measured, world)
     yield from describe_recording(recording, ticks)
     if robot:
         yield from describe_other_robot(recorded, robot, measured)
-    if missing := sorted(columns[0].missing):
+    if missing := sorted(simulations[0].missing):
         yield f"the simulator draws no pictures on this machine, so those of {', '.join(missing)} are left out"
-    for column in columns:
-        if column.run.contacts and column.run.contacts != measured.run.contacts:
+    for simulation in simulations:
+        contacts = simulation.run.contacts
+        if contacts and contacts != measured.run.contacts:
             known = "an unknown number" if measured.run.contacts is None else measured.run.contacts
-            yield f"{column.title}: {pluralize(column.run.contacts, 'contact')} with obstacles, recorded: {known}"
+            yield f"{simulation.title}: {pluralize(contacts, 'contact')} with obstacles, recorded: {known}"

@@ -1,4 +1,4 @@
-"""Measure how far two runs with the same commands part: wheel speeds, path, ranges and pictures."""
+"""Measure how much two runs with the same commands differ: wheel speeds, path, ranges and pictures."""
 
 from __future__ import annotations
 

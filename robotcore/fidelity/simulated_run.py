@@ -1,4 +1,4 @@
-"""Replay the commands of a recorded run in a simulator, and measure its robot at the recorded ticks."""
+"""Repeat the commands of a recorded run in a simulator, and measure its robot at the recorded ticks."""
 
 from __future__ import annotations
 
@@ -45,7 +45,7 @@ NO_OPENGL = "no-opengl"
 
 
 @dataclass(frozen=True)
-class Replay:
+class SimulationInputs:
     """The commands and the reads of a recorded run, and the simulated robot that repeats them."""
 
     recorded: RobotDescription
@@ -85,7 +85,7 @@ class SimulatedRun:
     missing: frozenset[str] = frozenset()
 
 
-def simulate(backend: Backend, replay: Replay) -> SimulatedRun:
+def simulate(backend: Backend, inputs: SimulationInputs) -> SimulatedRun:
     """Repeat the commands of a recorded run in a simulator.
 
     Commands take effect at their recorded times. In the simulation step within which a command changes, each motor gets
@@ -93,32 +93,32 @@ def simulate(backend: Backend, replay: Replay) -> SimulatedRun:
 
     Raises DeviceError or BackendError if the simulator cannot open the robot, or fails.
     """
-    cameras = {camera.name for camera in replay.robot.all_of("camera")}
+    cameras = {camera.name for camera in inputs.robot.all_of("camera")}
     try:
-        return SimulatedRun(_simulate(backend, replay))
+        return SimulatedRun(_simulate(backend, inputs))
     except DeviceError as error:
         failures = error.failures if isinstance(error, DeviceGroupError) else (error,)
         if not any(isinstance(each, DeviceError) and each.kind == NO_OPENGL for each in failures):
             raise
-    reads = {index: [name for name in names if name not in cameras] for index, names in replay.reads.items()}
-    missing = frozenset(replay.devices & cameras)
-    return SimulatedRun(_simulate(backend, replace(replay, reads=reads)), missing)
+    reads = {index: [name for name in names if name not in cameras] for index, names in inputs.reads.items()}
+    missing = frozenset(inputs.devices & cameras)
+    return SimulatedRun(_simulate(backend, replace(inputs, reads=reads)), missing)
 
 
-def _simulate(backend: Backend, replay: Replay) -> RunData:
+def _simulate(backend: Backend, inputs: SimulationInputs) -> RunData:
     # The sections of the file name real devices, and none of them is opened.
-    devices = tuple(_extend_reach(each, replay.conversions.get(each.name)) for each in replay.robot.devices)
-    robot = replay.robot.model_copy(update={"backends": {}, "devices": devices})
-    setup = Setup(robot, replay.world, replay.devices, replay.rate_hz, replay.seed, options=replay.options)
+    devices = tuple(_raise_max_velocity(each, inputs.conversions.get(each.name)) for each in inputs.robot.devices)
+    robot = inputs.robot.model_copy(update={"backends": {}, "devices": devices})
+    setup = Setup(robot, inputs.world, inputs.devices, inputs.rate_hz, inputs.seed, options=inputs.options)
     with backend.open(setup) as opened:
-        return _Simulation(opened, replay).run()
+        return _Simulation(opened, inputs).run()
 
 
-def _extend_reach(device: DeviceDescription, conversion: MotorConversion | None) -> DeviceDescription:
+def _raise_max_velocity(device: DeviceDescription, conversion: MotorConversion | None) -> DeviceDescription:
     """Return a device. A motor reaches the velocities of its conversion, and responds to commands as before."""
     if conversion is None or not isinstance(device, MotorDescription):
         return device
-    return device.extend_reach(conversion.reach)
+    return device.raise_max_velocity(conversion.reach)
 
 
 class _BlendedMotor:
@@ -145,27 +145,27 @@ class _BlendedMotor:
 class _Simulation:
     """A simulated robot that repeats the commands of a recorded run."""
 
-    def __init__(self, opened: Robot, replay: Replay) -> None:
-        self._robot, self._replay, self._clock = opened, replay, opened.clock
+    def __init__(self, opened: Robot, inputs: SimulationInputs) -> None:
+        self._robot, self._inputs, self._clock = opened, inputs, opened.clock
         assert opened.truth
         self._truth: TruthSource = opened.truth
         # Without steps, every time is one at which a command can change.
         self._step = self._clock.step if isinstance(self._clock, SteppedClock) else 0.0
-        self._layer = ImperfectionLayer(replay.world.conditions, replay.seed, replay.robot.drive)
-        self._compensation = CompensationLayer(replay.recorded)
+        self._layer = ImperfectionLayer(inputs.world.conditions, inputs.seed, inputs.robot.drive)
+        self._compensation = CompensationLayer(inputs.recorded)
         self._motors: list[_BlendedMotor] = []
         self._output = self._build_output()
         self._readers = {name: self._build_reader(name) for name in opened.devices}
         self._sequences: dict[str, int] = {}
-        self._fields = list_ray_sensors(replay.robot)
-        self._widths = {camera.name: camera.width_px for camera in replay.robot.all_of("camera")}
+        self._fields = list_ray_sensors(inputs.robot)
+        self._widths = {camera.name: camera.width_px for camera in inputs.robot.all_of("camera")}
         self._angles: dict[str, list[tuple[float, float]]] = {}
 
     def run(self) -> RunData:
         """Repeat all commands and return the measurements."""
-        data, poses = RunData(np.array(self._replay.times), np.empty((0, 3))), []
-        wheels, servos = deque(self._replay.wheel_commands), deque(self._replay.servo_commands)
-        for index, time in enumerate(self._replay.times):
+        data, poses = RunData(np.array(self._inputs.times), np.empty((0, 3))), []
+        wheels, servos = deque(self._inputs.wheel_commands), deque(self._inputs.servo_commands)
+        for index, time in enumerate(self._inputs.times):
             while wheels and wheels[0].time < time:  # a command of the tick follows its reads
                 self._command(wheels.popleft())
             self._sleep(time)
@@ -179,13 +179,13 @@ class _Simulation:
         return data
 
     def _build_output(self) -> WheelOutput | None:
-        drive = self._replay.robot.drive
+        drive = self._inputs.robot.drive
         if drive is None:
             return None
         outputs = {}
         for name, motor in self._robot.motors.items():
             layered = self._layer.motor(MotorOutput.from_motor(motor))
-            blended = _BlendedMotor(layered.set_velocity, self._replay.conversions.get(name, float))
+            blended = _BlendedMotor(layered.set_velocity, self._inputs.conversions.get(name, float))
             self._motors.append(blended)
             outputs[name] = replace(layered, set_velocity=blended.set_velocity)
         servo = self._robot.devices.get(drive.steering_servo or "")
@@ -229,11 +229,11 @@ class _Simulation:
         return pose.advance(twist.linear * passed, twist.angular * passed)
 
     def _measure(self, data: RunData, index: int) -> None:
-        drive = self._replay.robot.drive
+        drive = self._inputs.robot.drive
         for name in drive.encoders if drive else ():
             sample = self._readers[name]()
             self._angles.setdefault(name, []).append((sample.time, sample.angle))
-        for name in self._replay.reads.get(index, ()):
+        for name in self._inputs.reads.get(index, ()):
             sample = self._readers[name]()
             if self._sequences.get(name) == sample.sequence:
                 continue
@@ -245,7 +245,7 @@ class _Simulation:
                 data.pictures.setdefault(name, PictureSeries(self._widths[name])).add(index, sample.image)
 
     def _collect_angles(self) -> dict[str, AngleSeries]:
-        drive = self._replay.robot.drive
+        drive = self._inputs.robot.drive
         if drive is None or not drive.encoders:
             return {}
         series = {name: AngleSeries(*np.array(pairs).T) for name, pairs in self._angles.items()}

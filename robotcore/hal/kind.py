@@ -23,7 +23,7 @@ from robotcore.hal.sampling import capture_at_once, delay_samples
 from robotcore.plugins import KINDS, load_registered
 
 if TYPE_CHECKING:
-    from robotcore.hal.device_tester import DeviceTester
+    from robotcore.hal.device_test import DeviceTest
     from robotcore.hal.simulation_state import SimulationState
 
 
@@ -69,11 +69,11 @@ class Kind:
     """
     is_optional: bool = False
     """Whether a robot runs without the device if its backend has no table for it."""
-    test_devices: Callable[[DeviceTester, Sequence[Any]], None] | None = None
+    test_devices: Callable[[DeviceTest, Sequence[Any]], None] | None = None
     """Tests the wiring and the mounting of all open devices of the kind, for `robotcore test-devices`.
 
-    Its arguments are the tester, and the descriptions of the devices in the order of the robot's file. With None, a
-    sensor is read, and an actuator is reported as not tested.
+    Its arguments are the test in progress, and the descriptions of the devices in the order of the robot's file. With
+    None, a sensor is read, and an actuator is reported as not tested.
     """
 
     def __post_init__(self) -> None:

@@ -47,11 +47,11 @@ class SimulationState:
     """Returns the names of the bodies that the robot touches now."""
     seed: int
     """The seed of the run."""
-    measure_wheels: Callable[[], Mapping[str, float]] = dict
+    measure_wheel_angles: Callable[[], Mapping[str, float]] = dict
     """Returns the true angle of the wheel of each motor of the drive, in radians, by the name of the motor."""
-    shown: dict[str, Any] = field(default_factory=dict)
-    """The last command of each actuator that a person only sees or hears, such as a light, by its name."""
-    touched: dict[str, int] = field(default_factory=dict)
+    indicator_commands: dict[str, Any] = field(default_factory=dict)
+    """The last command of each light and each buzzer, by its name."""
+    touches: dict[str, int] = field(default_factory=dict)
     """The devices that a simulated person touches, such as a pressed button, by name.
 
     The value is the part that is touched: 0, or the number of the sensor of a row that a dark object covers.

@@ -182,7 +182,7 @@ class DeviceDriver(StrictModel, ABC):
 
         `robotcore test-devices` calls it, and writes the settings to the device's table.
 
-        mistake: a name from `robotcore.hal.device_tester`, such as `REVERSED`, or one of the device's kind.
+        mistake: a name from `robotcore.hal.device_test`, such as `REVERSED`, or one of the device's kind.
         observed: what the test has observed, as the name's documentation says.
         """
         return None

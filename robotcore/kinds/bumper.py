@@ -61,7 +61,7 @@ def simulate(bumper: BumperDescription, state: SimulationState) -> Callable[[flo
 
     def take(time: float, sequence: int) -> Touch:
         offsets = (wrap_angle(bearing - bumper.direction_rad) for bearing in state.list_contact_bearings())
-        is_pressed = bumper.name in state.touched or any(abs(offset) <= bumper.width_rad / 2 for offset in offsets)
+        is_pressed = bumper.name in state.touches or any(abs(offset) <= bumper.width_rad / 2 for offset in offsets)
         return Touch(is_pressed, time, sequence)
 
     return take

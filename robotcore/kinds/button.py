@@ -38,8 +38,11 @@ class Button(Sensor[Press]):
 
 
 def simulate(button: ButtonDescription, state: SimulationState) -> Callable[[float, int], Press]:
-    """Return a function that takes a sample: whether a simulated person presses the button. In a run, no one does."""
-    return lambda time, sequence: Press(button.name in state.touched, time, sequence)
+    """Return a function that takes a sample: whether a simulated person presses the button.
+
+    In a run, the button is not pressed.
+    """
+    return lambda time, sequence: Press(button.name in state.touches, time, sequence)
 
 
 KIND = Kind("a button that a person presses", ButtonDescription, Button, Press, simulate, test_devices=test_contacts)

@@ -13,7 +13,7 @@ from pydantic import Field
 from robotcore.description import DeviceDescription
 from robotcore.geometry import to_float
 from robotcore.hal.device import Actuator, build_invalid_command
-from robotcore.hal.device_tester import YES_OR_NO, DeviceTester, Question
+from robotcore.hal.device_test import YES_OR_NO, DeviceTest, Question
 from robotcore.hal.kind import Kind, assert_limited, assert_refused
 from robotcore.hal.robot import Robot
 from robotcore.hal.simulation_state import SimulationState
@@ -76,8 +76,8 @@ class Buzzer(Actuator[float], ABC):
 
 
 def simulate(buzzer: BuzzerDescription, state: SimulationState) -> Callable[[float], None]:
-    """Return a function that stores the frequency that a simulated person hears."""
-    return partial(state.shown.__setitem__, buzzer.name)
+    """Return a function that stores the frequency of the tone that the buzzer plays, in Hz."""
+    return partial(state.indicator_commands.__setitem__, buzzer.name)
 
 
 def check_commands(_robot: Robot, buzzer: Buzzer) -> None:
@@ -91,25 +91,25 @@ TONE_HZ, TONE_S = 880.0, 0.5
 """The tone that a test plays, and its duration in seconds."""
 
 
-def test_buzzers(tester: DeviceTester, buzzers: Sequence[Any]) -> None:
+def test_buzzers(test: DeviceTest, buzzers: Sequence[Any]) -> None:
     """Play a tone, and ask the person whether it sounds."""
     for buzzer in buzzers:
-        device = tester.robot.devices[buzzer.name]
+        device = test.robot.devices[buzzer.name]
         assert isinstance(device, Buzzer)
-        tester.repeat(partial(device.play, TONE_HZ), TONE_S)
+        test.repeat(partial(device.play, TONE_HZ), TONE_S)
         heard = Question("tone", f"Does {buzzer.name} play a tone now?", YES_OR_NO, partial(_hear, buzzer.name))
-        answer = tester.ask(buzzer.name, heard)
+        answer = test.ask(buzzer.name, heard)
         device.stop()
         if answer == "y":
-            tester.confirm(buzzer.name, f"plays a tone of {TONE_HZ:g} Hz")
+            test.confirm(buzzer.name, f"plays a tone of {TONE_HZ:g} Hz")
         elif answer == "n":
-            tester.fail(buzzer.name, "plays no tone", "Check its wires and its pin", "buzzer-dead")
+            test.fail(buzzer.name, "plays no tone", "Check its wires and its pin", "buzzer-dead")
         else:
-            tester.skip(buzzer.name, "no person has heard it")
+            test.skip(buzzer.name, "no person has heard it")
 
 
 def _hear(name: str, state: SimulationState) -> str:
-    return "y" if state.shown.get(name, SILENCE) > SILENCE else "n"
+    return "y" if state.indicator_commands.get(name, SILENCE) > SILENCE else "n"
 
 
 KIND = Kind(

@@ -58,7 +58,7 @@ class CameraDescription(SensorDescription):
         if self.centre_px and not (self.centre_px[0] < self.width_px and self.centre_px[1] < self.height_px):
             problem = f"centre_px, {list(self.centre_px)}, is outside of a picture of {self.width_px}x{self.height_px}"
             raise Mistake(problem, "Give its column and its row", kind="centre-outside")
-        if not self.intrinsics.is_plain and not is_invertible(self.intrinsics):
+        if not self.intrinsics.is_pinhole and not is_invertible(self.intrinsics):
             problem = "with this distortion, the lens shows a direction twice or looks more than 80° aside"
             raise Mistake(problem, "Measure it: robotcore calibrate camera", kind="distortion-not-invertible")
         return self

@@ -13,7 +13,7 @@ from pydantic import Field
 from robotcore.description import Ideal, SensorDescription
 from robotcore.geometry import wrap_angle
 from robotcore.hal.device import Sensor, Unit
-from robotcore.hal.device_tester import REVERSED, DeviceTester
+from robotcore.hal.device_test import REVERSED, DeviceTest
 from robotcore.hal.kind import Kind
 from robotcore.hal.simulation_state import SimulationState
 
@@ -113,47 +113,47 @@ PUSH_SHARE, PUSH_S = 0.2, 0.6
 """The velocity of one motor that turns a simulated robot, as a share of its greatest, and the duration in seconds."""
 
 
-def test_imus(tester: DeviceTester, imus: Sequence[Any]) -> None:
+def test_imus(test: DeviceTest, imus: Sequence[Any]) -> None:
     """Let the person turn the robot to the left by hand, and compare the heading of each IMU."""
     for imu in imus:
-        device = tester.robot.devices[imu.name]
+        device = test.robot.devices[imu.name]
         assert isinstance(device, Imu)
         before = device.read().heading
         text = f"Press Enter, and then turn the whole robot to the left by about 90° within {TURN_S:g} s"
-        if not tester.instruct(imu.name, "turn", text, lambda _state: None):
-            tester.skip(imu.name, "no person turns the robot")
+        if not test.instruct(imu.name, "turn", text, lambda _state: None):
+            test.skip(imu.name, "no person turns the robot")
             continue
-        direction, undo = _turn_simulated(tester) if tester.state else _wait(tester)
+        direction, undo = _turn_simulated(test) if test.state else _wait(test)
         turned = wrap_angle(device.read().heading - before)
         undo()
         if direction == 0:
-            tester.skip(imu.name, "no motor turns the simulated robot")
+            test.skip(imu.name, "no motor turns the simulated robot")
         elif abs(turned) < LEAST_TURN_RAD:
-            tester.fail(imu.name, "does not measure the turn", "Check its wires and its address", "imu-dead")
+            test.fail(imu.name, "does not measure the turn", "Check its wires and its address", "imu-dead")
         elif turned * direction > 0:
-            tester.confirm(imu.name, "measures turns positive to the left")
+            test.confirm(imu.name, "measures turns positive to the left")
         else:
             remedy = "Turn the chip over, or change is_upside_down"
-            tester.correct(
+            test.correct(
                 imu.name, "measures turns to the left as negative", REVERSED, remedy=remedy, kind="imu-reversed"
             )
 
 
-def _wait(tester: DeviceTester) -> tuple[int, Callable[[], None]]:
-    tester.wait(TURN_S)
+def _wait(test: DeviceTest) -> tuple[int, Callable[[], None]]:
+    test.wait(TURN_S)
     return 1, lambda: None
 
 
-def _turn_simulated(tester: DeviceTester) -> tuple[int, Callable[[], None]]:
+def _turn_simulated(test: DeviceTest) -> tuple[int, Callable[[], None]]:
     """Turn a simulated robot by one of its motors.
 
     Return 1 if it has turned to the left, -1 if to the right, else 0, and a function that turns it back.
     """
-    state = tester.state
+    state = test.state
     assert state
-    for motor in tester.robot.motors.values():
+    for motor in test.robot.motors.values():
         before = state.pose().heading
-        push = partial(_push, tester, motor)
+        push = partial(_push, test, motor)
         push(PUSH_SHARE)
         turned = wrap_angle(state.pose().heading - before)
         if abs(turned) > LEAST_TURN_RAD:
@@ -161,10 +161,10 @@ def _turn_simulated(tester: DeviceTester) -> tuple[int, Callable[[], None]]:
     return 0, lambda: None
 
 
-def _push(tester: DeviceTester, motor: Any, share: float) -> None:
-    tester.repeat(partial(motor.set_velocity, share * motor.max_velocity), PUSH_S)
+def _push(test: DeviceTest, motor: Any, share: float) -> None:
+    test.repeat(partial(motor.set_velocity, share * motor.max_velocity), PUSH_S)
     motor.stop()
-    tester.wait(PUSH_S / 2)
+    test.wait(PUSH_S / 2)
 
 
 KIND = Kind(

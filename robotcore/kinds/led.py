@@ -11,7 +11,7 @@ from typing import Any, Literal
 from robotcore.description import DeviceDescription
 from robotcore.geometry import to_float
 from robotcore.hal.device import Actuator, build_invalid_command
-from robotcore.hal.device_tester import IN_OTHER_ORDER, INVERTED, DeviceTester, Question
+from robotcore.hal.device_test import IN_OTHER_ORDER, INVERTED, DeviceTest, Question
 from robotcore.hal.kind import Kind, assert_limited, assert_refused
 from robotcore.hal.robot import Robot
 from robotcore.hal.simulation_state import SimulationState
@@ -78,7 +78,7 @@ class Led(Actuator[Brightness], ABC):
 
 def simulate(led: LedDescription, state: SimulationState) -> Callable[[Brightness], None]:
     """Return a function that stores the brightness that a simulated person sees."""
-    return partial(state.shown.__setitem__, led.name)
+    return partial(state.indicator_commands.__setitem__, led.name)
 
 
 def check_commands(_robot: Robot, led: Led) -> None:
@@ -94,63 +94,63 @@ SHOW_S = 0.3
 """The time after which a light is certainly on, in seconds."""
 
 
-def test_lights(tester: DeviceTester, lights: Sequence[Any]) -> None:
+def test_lights(test: DeviceTest, lights: Sequence[Any]) -> None:
     """Show darkness and each colour, and ask the person what the light shows."""
     for light in lights:
-        answer = _ask_colour(tester, light, OFF, "off")
+        answer = _ask_colour(test, light, OFF, "off")
         if answer is None:
-            tester.skip(light.name, "no person has seen it")
+            test.skip(light.name, "no person has seen it")
             continue
         is_inverted = answer != "n"
         if is_inverted:
             text = "is on when it should be off"
-            tester.correct(light.name, text, INVERTED, remedy="Check its wires", kind="light-inverted")
-        _test_colours(tester, light, is_inverted=is_inverted)
-        tester.robot.devices[light.name].stop()  # type: ignore[attr-defined]  # an actuator
+            test.correct(light.name, text, INVERTED, remedy="Check its wires", kind="light-inverted")
+        _test_colours(test, light, is_inverted=is_inverted)
+        test.robot.devices[light.name].stop()  # type: ignore[attr-defined]  # an actuator
 
 
-def _test_colours(tester: DeviceTester, light: LedDescription, *, is_inverted: bool) -> None:
+def _test_colours(test: DeviceTest, light: LedDescription, *, is_inverted: bool) -> None:
     shown = list(COLOURS) if light.is_rgb else ["w"]
     seen: list[str | None] = []
     for index, key in enumerate(shown):
         on = [float(index == number or not light.is_rgb) for number in range(3)]
         red, green, blue = (1 - each for each in on) if is_inverted else on
-        seen.append(_ask_colour(tester, light, (red, green, blue), COLOURS.get(key, "on")))
+        seen.append(_ask_colour(test, light, (red, green, blue), COLOURS.get(key, "on")))
     dead = [COLOURS.get(key, "light") for key, answer in zip(shown, seen, strict=True) if answer == "n"]
     if None in seen:
-        tester.skip(light.name, "no person has seen all of its colours")
+        test.skip(light.name, "no person has seen all of its colours")
     elif dead:
         text = f"stays dark: {', '.join(dead)}" if light.is_rgb else "stays dark"
-        tester.fail(light.name, text, "Check its wires, its resistors and its pins", "light-dead")
+        test.fail(light.name, text, "Check its wires, its resistors and its pins", "light-dead")
     elif not light.is_rgb or seen == shown:
         if not is_inverted:
-            tester.confirm(light.name, "shows its colours" if light.is_rgb else "lights up")
+            test.confirm(light.name, "shows its colours" if light.is_rgb else "lights up")
     elif sorted(str(each) for each in seen) == sorted(shown):
         names = ", ".join(f"{COLOURS[str(b)]} for {COLOURS[a]}" for a, b in zip(shown, seen, strict=True) if a != b)
         # The pin of a colour is that at which this colour was seen.
         order = [seen.index(key) for key in shown]
         remedy = "Correct the pins of its colours"
-        tester.correct(light.name, f"shows {names}", IN_OTHER_ORDER, order, remedy=remedy, kind="light-order")
+        test.correct(light.name, f"shows {names}", IN_OTHER_ORDER, order, remedy=remedy, kind="light-order")
     else:
         text = f"shows {', '.join(COLOURS.get(str(each), 'another colour') for each in seen)} for red, green, blue"
-        tester.fail(light.name, text, "Check its wires", "light-mixed")
+        test.fail(light.name, text, "Check its wires", "light-mixed")
 
 
-def _ask_colour(tester: DeviceTester, light: LedDescription, command: Brightness, meant: str) -> str | None:
+def _ask_colour(test: DeviceTest, light: LedDescription, command: Brightness, meant: str) -> str | None:
     """Return the colour that a person sees: r, g, b, w for light without a colour or of another one, n for darkness."""
-    device = tester.robot.devices[light.name]
+    device = test.robot.devices[light.name]
     assert isinstance(device, Led)
-    tester.repeat(partial(device.send, command), SHOW_S)
+    test.repeat(partial(device.send, command), SHOW_S)
 
     def answer(state: SimulationState) -> str:
-        shown: Brightness = state.shown.get(light.name, OFF)
+        shown: Brightness = state.indicator_commands.get(light.name, OFF)
         lit = [key for key, brightness in zip(COLOURS, shown, strict=True) if brightness > 0.5]
         return lit[0] if len(lit) == 1 and light.is_rgb else "w" if lit else "n"
 
     colours = COLOURS if light.is_rgb else {}
     choices = {**colours, "w": "white or another colour" if light.is_rgb else "on", "n": "dark"}
     text = f"What does {light.name} show now?"
-    answered = tester.ask(light.name, Question(meant, text, choices, answer))
+    answered = test.ask(light.name, Question(meant, text, choices, answer))
     return None if answered is None else str(answered)
 
 

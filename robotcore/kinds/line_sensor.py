@@ -11,7 +11,7 @@ from pydantic import Field
 
 from robotcore.description import Ideal, Mount, SensorDescription
 from robotcore.hal.device import Sensor, Unit
-from robotcore.hal.device_tester import IN_OTHER_ORDER, INVERTED, DeviceTester
+from robotcore.hal.device_test import IN_OTHER_ORDER, INVERTED, DeviceTest
 from robotcore.hal.kind import Kind
 from robotcore.hal.simulation_state import SimulationState
 
@@ -106,7 +106,7 @@ def simulate(sensor: LineSensorDescription, state: SimulationState) -> Callable[
     offsets = compute_offsets(sensor.count, sensor.spacing_m)
 
     def take(time: float, sequence: int) -> Darkness:
-        if (covered := state.touched.get(sensor.name)) is not None:
+        if (covered := state.touches.get(sensor.name)) is not None:
             return Darkness(tuple(float(number == covered) for number in range(sensor.count)), time, sequence)
         middle = state.joints.locate(sensor.mount).pose
         points = [middle.to_world(0.0, offset) for offset in offsets]
@@ -135,59 +135,59 @@ COVER_S = 0.3
 """The time for which a sensor is covered before it is read, in seconds."""
 
 
-def test_rows(tester: DeviceTester, rows: Sequence[Any]) -> None:
+def test_rows(test: DeviceTest, rows: Sequence[Any]) -> None:
     """Let the person hold something black under each sensor of a row, above a white floor."""
     for row in rows:
-        device = tester.robot.devices[row.name]
+        device = test.robot.devices[row.name]
         assert isinstance(device, LineSensor)
         numbers = list(range(row.count)) if row.count <= MAX_TESTED else [0, row.count - 1]
-        reactions = [_cover(tester, device, number) for number in numbers]
+        reactions = [_cover(test, device, number) for number in numbers]
         if None in reactions:
-            tester.skip(row.name, "no person covers its sensors")
+            test.skip(row.name, "no person covers its sensors")
             continue
-        _judge_row(tester, row, numbers, [reaction for reaction in reactions if reaction is not None])
+        _report_row(test, row, numbers, [reaction for reaction in reactions if reaction is not None])
 
 
-def _cover(tester: DeviceTester, row: LineSensor, number: int) -> tuple[bool, ...] | None:
+def _cover(test: DeviceTest, row: LineSensor, number: int) -> tuple[bool, ...] | None:
     """Return which sensors see black while the person covers one; None if no person does it."""
 
     def hold(state: SimulationState) -> None:
-        state.touched[row.name] = number
+        state.touches[row.name] = number
 
     place = f"sensor {number + 1} of {row.count} from the left"
     text = f"Put {row.name} above a white floor. Hold something black under {place}"
-    if not tester.instruct(row.name, f"cover{number + 1}", text, hold):
+    if not test.instruct(row.name, f"cover{number + 1}", text, hold):
         return None
-    tester.wait(COVER_S)
+    test.wait(COVER_S)
     values = row.read().values
-    if tester.state:
-        tester.state.touched.clear()
+    if test.state:
+        test.state.touches.clear()
     return tuple(value > THRESHOLD for value in values)
 
 
-def _judge_row(
-    tester: DeviceTester, row: LineSensorDescription, numbers: Sequence[int], reactions: Sequence[tuple[bool, ...]]
+def _report_row(
+    test: DeviceTest, row: LineSensorDescription, numbers: Sequence[int], reactions: Sequence[tuple[bool, ...]]
 ) -> None:
     is_inverted = sum(map(sum, reactions)) > len(reactions) * row.count / 2
     seen = [[index for index, is_black in enumerate(each) if is_black is not is_inverted] for each in reactions]
     if is_inverted:
-        tester.correct(row.name, "sees black as white", INVERTED, remedy="Swap its settings", kind="row-inverted")
+        test.correct(row.name, "sees black as white", INVERTED, remedy="Swap its settings", kind="row-inverted")
     if any(len(each) != 1 for each in seen):
         dead = [number + 1 for number, each in zip(numbers, seen, strict=True) if not each]
         text = f"does not react under sensor {', '.join(map(str, dead))}" if dead else "several sensors react at once"
-        tester.fail(row.name, text, "Check the wires, and turn the potentiometer of each sensor", "row-unclear")
+        test.fail(row.name, text, "Check the wires, and turn the potentiometer of each sensor", "row-unclear")
         return
     order = [each[0] for each in seen]
     if order == list(numbers):
         if not is_inverted:
-            tester.confirm(row.name, "each sensor reacts to black")
+            test.confirm(row.name, "each sensor reacts to black")
     elif sorted(order) == list(range(row.count)):
         text = f"the sensors are in another order: {', '.join(str(number + 1) for number in order)}"
-        tester.correct(row.name, text, IN_OTHER_ORDER, order, remedy="Correct the order", kind="row-order")
+        test.correct(row.name, text, IN_OTHER_ORDER, order, remedy="Correct the order", kind="row-order")
     else:
         text = "is reversed" if order == list(numbers)[::-1] else "has another order"
         order = list(range(row.count))[::-1]
-        tester.correct(row.name, text, IN_OTHER_ORDER, order, remedy="Correct the order", kind="row-order")
+        test.correct(row.name, text, IN_OTHER_ORDER, order, remedy="Correct the order", kind="row-order")
 
 
 KIND = Kind(

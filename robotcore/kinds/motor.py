@@ -87,7 +87,7 @@ class MotorDescription(DeviceDescription):
         above = abs(rad_s) / self._select_gain(rad_s) * self._linear_share
         return math.copysign(self.dead_band_rad_s + above, rad_s)
 
-    def extend_reach(self, max_velocity_rad_s: float) -> MotorDescription:
+    def raise_max_velocity(self, max_velocity_rad_s: float) -> MotorDescription:
         """Return the description of a motor that responds in the same way, but also to greater commands.
 
         max_velocity_rad_s: the greatest velocity of the motor, in rad/s. A smaller one than now changes nothing.
@@ -105,8 +105,8 @@ class MotorDescription(DeviceDescription):
         return not self.dead_band_rad_s and self.forward_gain == self.backward_gain == 1.0
 
     @property
-    def reach_rad_s(self) -> float:
-        """The greatest velocity of the wheel that it reaches forward and backward, in rad/s."""
+    def max_wheel_velocity_rad_s(self) -> float:
+        """The greatest velocity that the wheel reaches in both directions, in rad/s."""
         return self.max_velocity_rad_s * min(self.forward_gain, self.backward_gain)
 
     @property

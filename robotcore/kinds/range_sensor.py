@@ -26,7 +26,10 @@ RAYS = 9
 """The number of rays that show the cone of a sensor."""
 
 LOST_IN_A_ROW = 1e-3
-"""The probability below which echoes in a row are not lost, so that nothing is in range."""
+"""Nothing is in range after N samples in a row without an echo.
+
+N is the least number for which the probability that all N echoes were lost is at most this.
+"""
 
 MAX_ECHO_FREE_SAMPLES = 20
 """The greatest `RangeSensorDescription.echo_free_samples`, also of a sensor that loses nearly all echoes."""

@@ -63,7 +63,8 @@ class SignalGuard:
     because Python delivers signals only to the main thread.
 
     Python discards an exception that is raised in a callback of a weak reference or in ``__del__``, for example during
-    an import. So the context raises Interrupted at its beginning if an outer context has had a signal.
+    an import. So the context raises Interrupted at its beginning if an outer context has had a signal, unless `mask`
+    was called before: the close of a robot must begin also after a signal.
     """
 
     def __init__(self) -> None:
@@ -137,7 +138,7 @@ class SignalGuard:
     def __enter__(self) -> SignalGuard:
         self._before = {}
         if threading.current_thread() is threading.main_thread():
-            if outer := _find_active_guard():
+            if (outer := _find_active_guard()) and not self._is_masked:
                 outer.check()
             handlers = {
                 **dict.fromkeys(END_SIGNALS, self._raise),

@@ -120,7 +120,7 @@ class CameraSet:
         is_late, is_fast = description.latency_s * tick_hz >= 1 - ROUNDING, rate_hz > tick_hz
         if is_late and not is_fast and pictures <= MAX_PICTURES and has_free_core():
             self._worker = self._worker or RenderWorker(build_renderer)
-            camera.begin_picture = PictureQueue(self._worker, camera.picture, camera.lens.pinhole, pictures).begin
+            camera.request_picture = PictureQueue(self._worker, camera.picture, camera.lens.pinhole, pictures).request
 
     def _open_renderer(self, description: CameraDescription, open_renderer: Callable[[], Renderer]) -> Renderer:
         if self._choice == "painted":

@@ -61,9 +61,9 @@ class BodyCamera(SimulatedCamera):
             rotation, origin = transform()
             local = CameraView.of(pinhole, locate(description.mount), Pose(0.0, 0.0, 0.0))
             view = CameraView(pinhole, origin + rotation @ local.eye, local.rotation @ rotation.T)
-            return self.begin_picture(view)
+            return self.request_picture(view)
 
-        self.begin_picture: Callable[[CameraView], Render] = lambda view: partial(self.picture, view)
+        self.request_picture: Callable[[CameraView], Render] = lambda view: partial(self.picture, view)
         """Returns the function that renders the picture of a captured view."""
         super().__init__(description, clock, capture, seed)
         self.things, self.segmentation = renderer.things, renderer.segmentation

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
+from typing import Any
 
 import numpy as np
 
@@ -13,8 +14,8 @@ from robotcore.fidelity.measures import find_window, measure_speed
 from robotcore.fidelity.run_data import SIDES, RangeSeries, RunData
 from robotcore.geometry import Pose
 from robotcore.optics import Image
+from robotcore.view.chart import Box, Chart, Series
 from robotcore.view.fidelity_table import build_heading, list_titles
-from robotcore.view.line_chart import Box, Curve, draw_chart
 from robotcore.view.overhead import MapPath, Track, TrackPoint, draw_map
 from robotcore.view.page import EDGE, HEIGHT, MAP, SIDE, SIDE_WIDTH, TOP, begin_page, finish_page
 from robotcore.view.picture import build_empty_world
@@ -38,17 +39,16 @@ def draw_fidelity(fidelity: Fidelity) -> Image:
     top = _draw_legend(canvas, fidelity)
     charts = list(_list_charts(fidelity))[:MAX_CHARTS]
     height = (HEIGHT - EDGE - top) / max(len(charts), 2) - _GAP
-    for index, (title, curves) in enumerate(charts):
-        box = Box(SIDE, top + index * (height + _GAP), SIDE_WIDTH, height)
-        draw_chart(canvas, box, title, curves, fidelity.duration_s)
+    for index, chart in enumerate(charts):
+        chart.draw(canvas, Box(SIDE, top + index * (height + _GAP), SIDE_WIDTH, height))
     return finish_page(canvas, _draw_paths(fidelity))
 
 
 def _draw_legend(canvas: Canvas, fidelity: Fidelity) -> float:
     """Draw a line for each run, and return the top of the charts in pixels."""
     y, rows = TOP + 10.0, [("recorded", "")]
-    for title, column in zip(list_titles(fidelity), fidelity.columns, strict=True):
-        path = column.differences.path
+    for title, simulation in zip(list_titles(fidelity), fidelity.simulations, strict=True):
+        path = simulation.differences.path
         rows.append((f"simulated, {title}", f"{path.end_m:.3f} m away at the end" if path else ""))
     for (title, words), colour in zip(rows, (RECORDED, *SIMULATED), strict=False):
         canvas.draw_line([(SIDE, y - 5), (SIDE + 40, y - 5)], colour, _WIDE)
@@ -61,8 +61,8 @@ def _draw_legend(canvas: Canvas, fidelity: Fidelity) -> float:
 def _draw_paths(fidelity: Fidelity) -> Image:
     recorded = fidelity.recording.metadata.description
     drawn: list[tuple[RobotDescription, RunData, Colour]] = [(recorded, fidelity.recorded.run, RECORDED)]
-    for column, colour in zip(fidelity.columns, SIMULATED, strict=False):
-        drawn.append((column.robot, column.run, colour))
+    for simulation, colour in zip(fidelity.simulations, SIMULATED, strict=False):
+        drawn.append((simulation.robot, simulation.run, colour))
     paths = [MapPath(robot, _build_track(run), {}, {"": colour}) for robot, run, colour in drawn]
     world = fidelity.world or build_empty_world([step.pose for path in paths for step in path.track.points])
     return draw_map(world, paths, MAP)
@@ -76,21 +76,23 @@ def _build_track(run: RunData) -> Track:
     return track
 
 
-def _list_charts(fidelity: Fidelity) -> Iterator[tuple[str, list[Curve]]]:
-    """Yield the title and the curves of each chart."""
-    runs = [fidelity.recorded.run, *(column.run for column in fidelity.columns)]
+def _list_charts(fidelity: Fidelity) -> Iterator[Chart]:
+    """Yield the charts over the time of the run."""
+    axis: dict[str, Any] = {"x_unit": "s", "x_range": (0.0, fidelity.duration_s)}
+    runs = [fidelity.recorded.run, *(simulation.run for simulation in fidelity.simulations)]
     styles = list(zip((RECORDED, *SIMULATED), (_WIDE, _NARROW, _NARROW), strict=True))
     times = fidelity.recorded.run.times
     window = find_window(fidelity.commands, times, fidelity.encoder_step_rad)
     for side in SIDES:
         measured = [(run.angles[side], style) for run, style in zip(runs, styles, strict=False) if side in run.angles]
         if len(measured) > 1:
-            curves = [Curve(times, measure_speed(series, times, window), *style) for series, style in measured]
-            yield f"{side} wheel, rad/s", curves
+            curves = [Series(times, measure_speed(series, times, window), *style) for series, style in measured]
+            yield Chart(f"{side} wheel, rad/s", curves, **axis)
     for name in runs[0].ranges:
         found = [(run.ranges[name], style) for run, style in zip(runs, styles, strict=False) if name in run.ranges]
         if len(found) > 1:
-            yield f"{name}, m", [Curve(*_find_nearest(series, times), *style) for series, style in found]
+            curves = [Series(*_find_nearest(series, times), *style) for series, style in found]
+            yield Chart(f"{name}, m", curves, **axis)
 
 
 def _find_nearest(series: RangeSeries, times: np.ndarray) -> tuple[np.ndarray, np.ndarray]:

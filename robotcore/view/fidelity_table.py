@@ -1,4 +1,4 @@
-"""Show how far simulations part from a recorded run, as a table for a terminal."""
+"""Show how much simulations differ from a recorded run, as a table for a terminal."""
 
 from __future__ import annotations
 
@@ -42,18 +42,18 @@ def build_heading(fidelity: Fidelity) -> str:
 
 
 def _format_length(fidelity: Fidelity) -> str:
-    path = fidelity.columns[0].differences.path
+    path = fidelity.simulations[0].differences.path
     return f", {path.recorded_m:.2f} m" if path else ""
 
 
 def list_titles(fidelity: Fidelity) -> list[str]:
     """Return the titles of the columns. A file has its name without the folder."""
-    return [PurePath(column.title).name for column in fidelity.columns]
+    return [PurePath(each.title).name for each in fidelity.simulations]
 
 
 def build_rows(fidelity: Fidelity) -> Iterator[Row]:
     """Yield the rows of the table. A measure that no column has is left out."""
-    columns = [column.differences for column in fidelity.columns]
+    columns = [column.differences for column in fidelity.simulations]
     yield from _list_rows([each.path for each in columns], "path", _PATH)
     for part, measures in (("wheels", _WHEEL), ("ranges", _RANGE), ("pictures", _PICTURE)):
         for name in _list_names(columns, part):

@@ -29,6 +29,7 @@ def test_drives_for_ten_seconds_by_default() -> None:
     assert result.sim_time_s == pytest.approx(10.0)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("world, seed", [("arena", 3), ("clutter", 4), ("occluded", 5)])
 def test_wanders_without_a_contact_with_a_narrow_cone(narrow: str, world: str, seed: int) -> None:
     result = run(RunRequest("avoid-obstacles", robot=narrow, world=world, seed=seed, settings={"duration_s": 60}))
@@ -36,6 +37,7 @@ def test_wanders_without_a_contact_with_a_narrow_cone(narrow: str, world: str, s
     assert list(result.milestones) == ["look", "turn", "cruise"]
 
 
+@pytest.mark.slow
 def test_readings_that_arrive_late_show_no_corridor_beside_the_free_one() -> None:
     settings = {"duration_s": 25}
     result = run(RunRequest("avoid-obstacles", seed=7, faults=("nose delay=0.2",), settings=settings))

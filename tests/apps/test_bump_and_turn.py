@@ -9,6 +9,7 @@ from robotcore import Outcome, RunRequest, Status, run
 from robotcore.testing import MockRobot
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("backend", ["kinematic", "mujoco", "pybullet", "virtualpi"])
 def test_robot_touches_three_obstacles_and_stops(backend: str) -> None:
     result = run(RunRequest("bump-and-turn", robot="tracer", world="arena", backend=backend, seed=1))

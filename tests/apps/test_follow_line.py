@@ -35,17 +35,20 @@ def test_robot_follows_the_line_for_a_lap(backend: str, seed: int | None) -> Non
     assert list(result.milestones) == ["follow"]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("seed", [5, 6, 7])
 def test_robot_follows_the_line_on_floors_of_other_colours(seed: int) -> None:
     request = RunRequest("follow-line", robot="tracer", world="track", seed=seed, randomise=True)
     assert run(request).verified is True
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("fault", ["row noise=0.1", "row drop=0.5", "row spikes=0.05 size=0.8"])
 def test_robot_follows_the_line_with_faults_of_the_sensor(fault: str) -> None:
     assert follow(fault=fault).verified is True
 
 
+@pytest.mark.slow
 def test_robot_finds_the_line_again_after_it_has_turned_away() -> None:
     result = follow(fault="row stuck=0 after=14 lasts=1.5")
     assert list(result.milestones) == ["follow", "search"]

@@ -125,6 +125,7 @@ def test_mistake_ends_as_the_page_shows(row: list[str], folder: Path, capfd: pyt
     assert find_code(message)[0] in capfd.readouterr().err
 
 
+@pytest.mark.slow
 def test_sleep_does_not_advance_the_simulated_time(folder: Path, capfd: pytest.CaptureFixture[str]) -> None:
     (code,) = (row[0] for row in MISTAKES if row[0].startswith("`time.sleep"))
     assert execute(["run", write_odd_app(folder, code), "--world", "open", "--timeout", "0.2", "--json"]) == 1

@@ -15,6 +15,7 @@ from tests.robotcore.fidelity.drives import record
 PAGE = (Path(__file__).parents[2] / "docs" / "fidelity.md").read_text()
 
 
+@pytest.mark.slow
 def test_the_listing_compares_a_run_with_its_simulation(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:

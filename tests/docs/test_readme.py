@@ -9,6 +9,7 @@ from tests.docs.listings import list_listings
 README = (Path(__file__).parents[2] / "README.md").read_text()
 
 
+@pytest.mark.slow
 def test_test_of_the_readme_passes_with_its_app(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     app, prompt, test = (each.text for each in list_listings(README) if each.language == "python")
     (tmp_path / "reflex.py").write_text(app)

@@ -116,6 +116,7 @@ def test_old_reflex_prints_the_output_on_the_page(double: Double, folder: Path) 
     assert OLD_REFLEX.matches(answer), answer
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("simulator", ["green-relay"], indirect=True)
 def test_old_relay_marks_the_ball_until_the_simulator_ends(double: Double, simulator: Simulator, folder: Path) -> None:
     with simulator.lock:

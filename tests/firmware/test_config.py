@@ -19,6 +19,7 @@ def test_sketch_compiles_without_a_warning(tmp_path: Path) -> None:
     assert build(tmp_path).read_bytes()[:4] == b"\x7fELF"
 
 
+@pytest.mark.slow
 def test_mistakes_in_config_h_are_compiler_errors_by_macro(tmp_path: Path, check_text: CheckText) -> None:
     wrong = {"LEFT_ENABLE_PIN": "3", "LEFT_FORWARD_PIN": "99", "SONAR_ECHO_PIN": "A4", "BATTERY_PIN": "13", "KO": "0"}
     with pytest.raises(FirmwareError) as caught:

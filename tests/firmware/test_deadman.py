@@ -12,6 +12,7 @@ WRAP = 2**32
 _times = st.one_of(st.integers(0, WRAP - 1), st.integers(WRAP - 3000, WRAP - 1))
 
 
+@pytest.mark.slow
 @given(fed=_times, limit=st.integers(100, 5000))
 def test_deadman_expires_exactly_at_its_limit_even_if_the_clock_wraps(firmware: Firmware, fed: int, limit: int) -> None:
     deadman = firmware.deadman(limit)

@@ -83,6 +83,7 @@ def test_a_point_to_the_left_has_a_positive_bearing() -> None:
     assert pose.distance_to(2.0, 2.0) == pytest.approx(math.sqrt(2))
 
 
+@pytest.mark.slow
 @given(poses, metres, metres)
 def test_driving_the_distance_along_the_bearing_reaches_the_point(pose: Pose, x: float, y: float) -> None:
     there = pose.advance(0.0, pose.bearing_to(x, y)).advance(pose.distance_to(x, y), 0.0)

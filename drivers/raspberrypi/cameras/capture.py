@@ -15,7 +15,7 @@ from pydantic import Field
 
 from robotcore.errors import DeviceError, ResourceError
 from robotcore.hal.clock import Clock
-from robotcore.hal.device_tester import MIRRORED, RED_AND_BLUE_SWAPPED, ROTATED, UPSIDE_DOWN
+from robotcore.hal.device_test import FLIPPED_HORIZONTALLY, FLIPPED_VERTICALLY, RED_AND_BLUE_SWAPPED, ROTATED_180
 from robotcore.hardware import DeviceContext, DeviceDriver, NewestSample
 from robotcore.kinds.camera import Camera, CameraDescription, Frame
 from robotcore.optics import Image
@@ -284,9 +284,9 @@ class FrameConverter:
 
 
 CORRECTED_BY = {
-    MIRRORED: "flip_horizontal",
-    UPSIDE_DOWN: "flip_vertical",
-    ROTATED: "rotate_180",
+    FLIPPED_HORIZONTALLY: "flip_horizontal",
+    FLIPPED_VERTICALLY: "flip_vertical",
+    ROTATED_180: "rotate_180",
     RED_AND_BLUE_SWAPPED: "swap_red_blue",
 }
 """The setting that corrects each mistake of a camera."""

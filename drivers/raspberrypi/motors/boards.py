@@ -16,7 +16,7 @@ from drivers.raspberrypi.motors.bridge import Bridge
 from drivers.raspberrypi.pins import open_output
 from robotcore.description import RobotDescription
 from robotcore.hal.cutoff import CutoffSpec
-from robotcore.hal.device_tester import REVERSED
+from robotcore.hal.device_test import REVERSED
 from robotcore.hardware import Connection, DeviceContext, DeviceDriver, Drivers
 from robotcore.hardware.motor_control import Control, open_motor, require_drivable
 from robotcore.hardware.motor_model import Model

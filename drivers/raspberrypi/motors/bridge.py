@@ -22,8 +22,8 @@ class Bridge(Output):
 
     Before the motor changes its direction, and at a stop, every output is set low.
 
-    A duty is sent in whole percent. What rounding takes from a duty is added to the next one, so that the mean of many
-    duties is exact.
+    A duty is sent in whole percent. The rounding error of a duty is added to the next duty, so that the mean of
+    many duties is exact.
 
     motor: the motor's name, for errors.
     outputs: gpiozero's outputs by their GPIOs, those with PWM last.

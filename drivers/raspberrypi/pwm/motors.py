@@ -18,7 +18,7 @@ from drivers.raspberrypi.pwm.chip import MAX_HZ, MIN_HZ, PwmChip
 from drivers.raspberrypi.pwm.settings import SUPPLY, Channel, ChannelDriver, is_virtual
 from robotcore.description import RobotDescription
 from robotcore.hal.cutoff import CutoffSpec
-from robotcore.hal.device_tester import REVERSED
+from robotcore.hal.device_test import REVERSED
 from robotcore.hardware import Connection, DeviceContext, Drivers
 from robotcore.hardware.motor_control import Control, open_motor, require_drivable
 from robotcore.hardware.motor_model import Model, Output

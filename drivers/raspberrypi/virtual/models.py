@@ -280,19 +280,16 @@ def wire_servo(
     output.on_change(turn)
 
 
-def wire_shown(shown: Led | Buzzer, pins: Sequence[VirtualPin], active_high: bool = True) -> None:  # noqa: FBT001, FBT002
-    """Connect a light to the pins of its colours, or to its only pin; or a buzzer to its pin.
-
-    A simulated person sees and hears them.
-    """
+def wire_indicator(indicator: Led | Buzzer, pins: Sequence[VirtualPin], active_high: bool = True) -> None:  # noqa: FBT001, FBT002
+    """Connect a light to the pins of its colours, or to its only pin; or a buzzer to its pin."""
 
     def show() -> None:
-        if isinstance(shown, Buzzer):
-            shown.play(float(pins[0].frequency or 0.0) if pins[0].state else 0.0)
+        if isinstance(indicator, Buzzer):
+            indicator.play(float(pins[0].frequency or 0.0) if pins[0].state else 0.0)
             return
         parts = [float(pin.state) if active_high else 1 - float(pin.state) for pin in pins]
         red, green, blue = parts if len(parts) > 1 else parts * 3
-        shown.set_colour(red, green, blue)
+        indicator.set_colour(red, green, blue)
 
     for pin in pins:
         pin.on_change(show)
@@ -368,9 +365,9 @@ def connect_pins(binding: DeviceBinding, simulated: Robot, pins: VirtualPins, is
             update = partial(drive_outputs, row, [pin(each) for each in on.gpios], on.active_high)
             update()
             clock.call_every(_step_of(clock), update, "line-sensors")
-        case LightDriver() | PinBuzzerDriver() as on, _, Led() | Buzzer() as shown:
+        case LightDriver() | PinBuzzerDriver() as on, _, Led() | Buzzer() as indicator:
             outputs = on.gpios if isinstance(on, LightDriver) else (on.gpio,)
-            wire_shown(shown, [pin(each) for each in outputs], getattr(on, "active_high", True))
+            wire_indicator(indicator, [pin(each) for each in outputs], getattr(on, "active_high", True))
         case _:
             return False
     return True
@@ -401,7 +398,7 @@ def describe_hardware(binding: DeviceBinding) -> DeviceDescription:
     """
     match binding.driver, binding.description:
         case (MotorDriver() | ChannelMotorDriver()) as driver, MotorDescription() as description:
-            return description.extend_reach(max(driver.model.forward_rad_s, driver.model.backward_rad_s))
+            return description.raise_max_velocity(max(driver.model.forward_rad_s, driver.model.backward_rad_s))
         case EncoderDriver() as driver, EncoderDescription() as description:
             return description.model_copy(update={"counts_per_turn": driver.edges_per_turn(description)})
         case Ultrasonic(), description:

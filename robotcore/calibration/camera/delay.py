@@ -13,11 +13,11 @@ import numpy as np
 from numpy.polynomial import legendre
 from numpy.typing import NDArray
 
-from robotcore.calibration.plot import Plot, Series
 from robotcore.canvas import SERIES
 from robotcore.errors import CalibrationError
 from robotcore.kinds.camera import Frame
 from robotcore.optics import Image, Intrinsics
+from robotcore.view.chart import Chart, Series
 
 Array = NDArray[np.float64]
 
@@ -296,9 +296,11 @@ def list_turn_rates(ticks: int, tick_s: float, limit_rad_s: float) -> Iterator[f
         yield limit_rad_s * envelope * wave
 
 
-def draw_delay(fit: DelayFit, camera: str) -> Plot:
+def build_delay_chart(fit: DelayFit, camera: str) -> Chart:
     """Return a chart of the error at each delay that was tried."""
-    points = [(shift, math.degrees(error)) for shift, error in zip(fit.shifts_s, fit.errors_rad, strict=True)]
-    chosen = [(fit.stamp_error_s, 0.0), (fit.stamp_error_s, max(error for _, error in points))]
-    series = (Series("error of the rotation", points, True), Series("best delay", chosen, True, SERIES[1]))
-    return Plot(f"Delay of {camera} after its time stamps", "delay in s", "degrees", series)
+    errors = np.degrees(fit.errors_rad)
+    series = [
+        Series(fit.shifts_s, errors, label="error of the rotation"),
+        Series([fit.stamp_error_s] * 2, [0.0, float(errors.max())], SERIES[1], label="best delay"),
+    ]
+    return Chart(f"Delay of {camera} after its time stamps", series, "delay in s", "degrees")

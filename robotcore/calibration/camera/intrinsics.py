@@ -12,14 +12,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from robotcore.calibration.camera.board import Board, Corners, ViewSelection
-from robotcore.calibration.plot import Plot, Series
+from robotcore.calibration.least_squares import round_measured
 from robotcore.canvas import SERIES
-from robotcore.description.editing import round_measured
 from robotcore.errors import CalibrationError
 from robotcore.kinds.camera import CameraDescription
 from robotcore.lens import is_invertible
 from robotcore.optics import Image, Intrinsics
 from robotcore.text import pluralize
+from robotcore.view.chart import Chart, Series
 
 MIN_VIEWS = 8
 """The least number of views for a fit."""
@@ -271,10 +271,13 @@ def build_description_values(fit: IntrinsicsFit, camera: CameraDescription) -> d
     return {"horizontal_fov_rad": fov, "centre_px": [column, row], "distortion": distortion}
 
 
-def draw_views(selection: ViewSelection, camera: str) -> Plot:
+def build_views_chart(selection: ViewSelection, camera: str) -> Chart:
     """Return a chart of the corners in all views, in the picture of a camera."""
     width, height = selection.size
-    corners = [(float(u), height - 1 - float(v)) for view in selection.views for u, v in view]
-    frame = [(0.0, 0.0), (width - 1.0, 0.0), (width - 1.0, height - 1.0), (0.0, height - 1.0), (0.0, 0.0)]
-    series = (Series("corners of the board", corners), Series("edge of the picture", frame, True, SERIES[1]))
-    return Plot(f"Views of the board by {camera}", "columns", "rows", series)
+    right, upper = width - 1.0, height - 1.0
+    columns, rows = np.vstack(list(selection.views)).T
+    series = [
+        Series(columns, upper - rows, label="corners of the board", has_dots=True),
+        Series([0.0, right, right, 0.0, 0.0], [0.0, 0.0, upper, upper, 0.0], SERIES[1], label="edge of the picture"),
+    ]
+    return Chart(f"Views of the board by {camera}", series, "columns", "rows")

@@ -37,7 +37,7 @@ TURN_SHARE = 0.5
 ENOUGH_VIEWS, MOST_VIEWS = 15, 40
 """Taking pictures ends with this number of views if they reach all regions of the picture, or with the greater one."""
 
-BRIGHT_ENOUGH = 2.0
+MIN_CONTRAST_LEVELS = 2.0
 """A picture whose grey levels have a smaller standard deviation shows nothing."""
 
 
@@ -55,7 +55,7 @@ def take_pictures(camera: Camera, count: int) -> Routine[list[Image]]:
 def require_content(pictures: list[Image]) -> None:
     """Raise CalibrationError if all pictures are of one colour, such as those of a covered camera."""
     spread = max(float(picture.std()) for picture in pictures)
-    if spread < BRIGHT_ENOUGH:
+    if spread < MIN_CONTRAST_LEVELS:
         level = float(np.mean(pictures[-1]))
         raise CalibrationError(
             f"all pictures are nearly of one grey level, {level:.0f} of 255. Remove the cover of the camera, give it "
@@ -86,7 +86,7 @@ def read_recording(file: Path, camera: str) -> Iterator[Image]:
         yield frame.grey  # type: ignore[attr-defined]  # the samples of a camera are frames
 
 
-class BoardWatch:
+class BoardViewCollector:
     """Collects views of a board from live pictures, and describes what is missing.
 
     camera: the camera. The caller lets time pass between two calls of `look`.

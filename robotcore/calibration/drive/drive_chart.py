@@ -1,55 +1,46 @@
-"""Draws the measured motions of a drive over the angles of its wheels."""
+"""Builds charts of the measured motions of a drive over the angles of its wheels."""
 
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
 
-from robotcore.calibration.chart import Chart, Point
 from robotcore.calibration.drive.measurement import DriveResult
-from robotcore.canvas import FADED, INK, PAPER, RULE, SERIES, Canvas
+from robotcore.canvas import RULE, SERIES
 from robotcore.description import Drive
-from robotcore.optics import Image
+from robotcore.view.chart import Chart, Series
 
-WIDTH, HEIGHT = 560, 420
-"""The size of a chart, in pixels."""
-
-TOP, EDGE = 70, 20
 HEADROOM = 1.15
+"""The ends of the axes, as a share of the greatest measured values."""
 
 
-def draw_drive(result: DriveResult, drive: Drive, heading: str) -> Image:
-    """Return a picture with a chart of the straight drives, and one of the turns if there are any."""
-    columns = 2 if result.track else 1
-    canvas = Canvas(2 * EDGE + columns * WIDTH, TOP + HEIGHT + EDGE, PAPER)
-    canvas.write_text((EDGE + 20, 34), heading, INK, 18, bold=True)
-    canvas.write_text((EDGE + 20, 56), "dots: measured. coloured: fitted. grey: the robot's file", FADED, 11)
+def build_drive_charts(result: DriveResult, drive: Drive) -> list[Chart]:
+    """Return a chart of the straight drives, and one of the turns if there are any."""
     ways = [(each.mean_rad, each.way_m) for each in result.drives]
     labels = ("mean angle of the wheels in rad", f"way in m, by {result.straight_by.value}")
-    _draw(canvas, EDGE, ways, result.radius.value, drive.wheel_radius_m, "wheel radius", *labels)
+    charts = [_build_chart("wheel radius", ways, result.radius.value, drive.wheel_radius_m, *labels)]
     if result.track:
         turns = [(each.difference_rad, math.degrees(each.turn_rad)) for each in result.spins]
         fitted = math.degrees(result.radius.value / result.track.value)
         present = math.degrees(drive.geometry.wheel_radius / drive.geometry.track)
         labels = ("difference of the wheels' angles in rad", f"turn in degrees, by {result.turns_by.value}")
-        _draw(canvas, EDGE + WIDTH, turns, fitted, present, "track", *labels)
-    return canvas.render()
+        charts.append(_build_chart("track", turns, fitted, present, *labels))
+    return charts
 
 
-def _draw(
-    canvas: Canvas,
-    left: float,
-    points: Sequence[Point],
-    fitted: float,
-    present: float,
-    title: str,
-    x_label: str,
-    y_label: str,
-) -> None:
-    reach = HEADROOM * max(abs(x) for x, _ in points)
+def _build_chart(
+    title: str, points: list[tuple[float, float]], fitted: float, present: float, x_label: str, y_label: str
+) -> Chart:
+    """Return a chart of points, of the fitted line and of the line by the robot's file, both through the origin.
+
+    fitted, present: the slopes of both lines.
+    """
+    xs, ys = ([point[axis] for point in points] for axis in (0, 1))
+    reach = HEADROOM * max(abs(x) for x in xs)
     height = reach * max(fitted, present)
-    chart = Chart(canvas, (left, TOP), (WIDTH, HEIGHT), (-reach, reach), (-height, height))
-    chart.draw_axes(title, x_label, y_label)
-    for slope, colour, width in ((present, RULE, 4.0), (fitted, SERIES[0], 1.5)):
-        chart.draw_curve([(-reach, -reach * slope), (reach, reach * slope)], colour, width)
-    chart.draw_points(points, SERIES[0])
+    ends = (-reach, reach)
+    series = [
+        Series(ends, (-reach * present, reach * present), RULE, 4.0, "the robot's file"),
+        Series(ends, (-reach * fitted, reach * fitted), SERIES[0], label="fit"),
+        Series(xs, ys, SERIES[0], label="measured", has_dots=True),
+    ]
+    return Chart(title, series, x_label, y_label, x_range=ends, y_range=(-height, height))

@@ -10,7 +10,7 @@ LEAST_SHARE = 0.002
 """A length is not corrected for a smaller share, because a person or a gyroscope does not measure better."""
 
 
-def correct_drive(result: DriveResult, drive: Drive) -> list[Correction]:
+def list_drive_corrections(result: DriveResult, drive: Drive) -> list[Correction]:
     """Return the lengths of ``[drive]`` in the robot's file, with the measured ones."""
     place = ("drive",)
     radius = drive.wheel_radius_m

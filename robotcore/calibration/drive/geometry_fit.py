@@ -8,8 +8,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from robotcore.calibration.excitation_runs import Displacement
 from robotcore.calibration.least_squares import Estimate, fit_linear
-from robotcore.calibration.probing import Displacement
 from robotcore.errors import CalibrationError
 
 MIN_WHEEL_RAD = 3.0

@@ -9,6 +9,7 @@ from enum import Enum
 
 import numpy as np
 
+from robotcore.calibration.calibrated_robot import EXCITATION_KINDS
 from robotcore.calibration.drive.geometry_fit import (
     Spin,
     StraightDrive,
@@ -18,10 +19,9 @@ from robotcore.calibration.drive.geometry_fit import (
     fit_track,
 )
 from robotcore.calibration.drive.room_profile import fit_full_turn
+from robotcore.calibration.excitation import Excitation, ExcitationStep, Side, TruePoseObserver
+from robotcore.calibration.excitation_runs import ExcitationRunner
 from robotcore.calibration.least_squares import Array, Estimate, fit_linear
-from robotcore.calibration.probe import Probe, ProbeStep, Side, TruthKeeper
-from robotcore.calibration.probing import Probing
-from robotcore.calibration.probing_robot import PROBED_KINDS
 from robotcore.description import AckermannDrive
 from robotcore.errors import CalibrationError, UsageError
 
@@ -71,7 +71,7 @@ class DriveResult:
 
 
 def measure_drive(
-    probing: Probing, straight_by: Reference, turns_by: Reference, distance_m: float, turns: int
+    runner: ExcitationRunner, straight_by: Reference, turns_by: Reference, distance_m: float, turns: int
 ) -> DriveResult:
     """Drive the robot, and return the geometry of its drive.
 
@@ -80,19 +80,19 @@ def measure_drive(
 
     Raises UsageError for a reference that the robot lacks, and CalibrationError if the motion cannot be measured.
     """
-    robot, drive = probing.robot.description, probing.drive
+    robot, drive = runner.robot.description, runner.drive
     if turns_by is Reference.IMU and robot.first_of("imu") is None:
         raise _refuse("--turns-by imu", "the robot has no IMU")
     if Reference.WALL in (straight_by, turns_by) and robot.first_of("range_sensor") is None:
         raise _refuse("wall", "the robot has no range sensor")
-    drives = _drive_to_wall(probing, distance_m) if straight_by is Reference.WALL else _drive_along(probing, distance_m)
+    drives = _drive_to_wall(runner, distance_m) if straight_by is Reference.WALL else _drive_along(runner, distance_m)
     radius = fit_radius(drives, drive.wheel_radius_m)
     if not drive.encoders:
         radius = Estimate(radius.value, math.hypot(radius.deviation, COMMAND_ERROR * radius.value))
     spins: list[Spin] = []
     track = None
     if not isinstance(drive, AckermannDrive):
-        spins = _spin(probing, turns_by, turns, radius.value)
+        spins = _spin(runner, turns_by, turns, radius.value)
         track = fit_track(spins, radius, drive.geometry.track)
     ratio = fit_radius_ratio(drives, (track or Estimate(drive.geometry.track, 0.0)).value)
     return DriveResult(
@@ -100,35 +100,35 @@ def measure_drive(
     )  # fmt: skip
 
 
-def _drive_along(probing: Probing, distance_m: float) -> list[StraightDrive]:
-    speed = min(SPEED_M_S, MAX_SHARE * _fastest_m_s(probing))
+def _drive_along(runner: ExcitationRunner, distance_m: float) -> list[StraightDrive]:
+    speed = min(SPEED_M_S, MAX_SHARE * _fastest_m_s(runner))
     drives = []
     for number, direction in enumerate((1, -1), start=1):
-        command = direction * speed / _fastest_m_s(probing)
+        command = direction * speed / _fastest_m_s(runner)
         title = f"straight drive {number} of 2"
-        moved, probe = probing.drive_straight(command, distance_m / speed, SETTLE_S, title, takes_duties=False)
-        left, right = (_measure_wheel(probing, probe, side) for side in ("left", "right"))
+        moved, excitation = runner.drive_straight(command, distance_m / speed, SETTLE_S, title, takes_duties=False)
+        left, right = (_measure_wheel(runner, excitation, side) for side in ("left", "right"))
         way, turn = bend_arc(moved)
         drives.append(StraightDrive(left, right, way, TAPE_ERROR_M, turn))
     return drives
 
 
-def _drive_to_wall(probing: Probing, distance_m: float) -> list[StraightDrive]:
-    nose = probing.robot.description.first_of("range_sensor")
-    probing.prepare(
+def _drive_to_wall(runner: ExcitationRunner, distance_m: float) -> list[StraightDrive]:
+    nose = runner.robot.description.first_of("range_sensor")
+    runner.prepare(
         f"Put the robot {distance_m + 0.4:.1f} m in front of a wall, and let it face the wall at a right angle. It "
         f"drives {distance_m:g} m to the wall and back"
     )
-    speed = min(SPEED_M_S, MAX_SHARE * _fastest_m_s(probing))
-    command, duration = speed / _fastest_m_s(probing), distance_m / speed
-    rest = ProbeStep(STAND_S)
-    steps = [rest, ProbeStep(duration, command, command), rest, ProbeStep(duration, -command, -command), rest]
-    probe = probing.run_probe(steps, takes_duties=False, kinds=PROBED_KINDS | {"range_sensor"})
-    edges = probe.log.edges
+    speed = min(SPEED_M_S, MAX_SHARE * _fastest_m_s(runner))
+    command, duration = speed / _fastest_m_s(runner), distance_m / speed
+    rest = ExcitationStep(STAND_S)
+    steps = [rest, ExcitationStep(duration, command, command), rest, ExcitationStep(duration, -command, -command), rest]
+    excitation = runner.excite(steps, takes_duties=False, kinds=EXCITATION_KINDS | {"range_sensor"})
+    edges = excitation.log.edges
     stands = [(edges[number] + STAND_S / 2, edges[number + 1]) for number in (0, 2, 4)]
-    times, distances = probe.log.read_series(nose.name)
+    times, distances = excitation.log.read_series(nose.name)
     at = [_average(times, distances, stand, nose.name) for stand in stands]
-    angles = {side: _read_wheel(probing, probe, side) for side in ("left", "right")}
+    angles = {side: _read_wheel(runner, excitation, side) for side in ("left", "right")}
     drives = []
     for first, then in ((0, 1), (1, 2)):
         ends = [stands[first][1], stands[then][1]]
@@ -146,57 +146,60 @@ def _average(times: Array, distances: Array, stand: tuple[float, float], sensor:
     return float(np.median(values))
 
 
-def _spin(probing: Probing, turns_by: Reference, turns: int, radius_m: float) -> list[Spin]:
-    track = probing.drive.geometry.track
-    if turns_by is Reference.TAPE and not probing.robot.is_simulated:
+def _spin(runner: ExcitationRunner, turns_by: Reference, turns: int, radius_m: float) -> list[Spin]:
+    track = runner.drive.geometry.track
+    if turns_by is Reference.TAPE and not runner.robot.is_simulated:
         # A person reads only the last part of a turn. So the first estimate must be right to half a turn.
-        first = _spin_once(probing, turns_by, 1, track, radius_m, "first turn")
+        first = _spin_once(runner, turns_by, 1, track, radius_m, "first turn")
         track = fit_track([first], Estimate(radius_m, 0.0), track).value
-    left = _spin_once(probing, turns_by, turns, track, radius_m, "turns to the left")
-    return [left, _spin_once(probing, turns_by, -turns, track, radius_m, "turns to the right")]
+    left = _spin_once(runner, turns_by, turns, track, radius_m, "turns to the left")
+    return [left, _spin_once(runner, turns_by, -turns, track, radius_m, "turns to the right")]
 
 
-def _spin_once(probing: Probing, turns_by: Reference, turns: int, track_m: float, radius_m: float, title: str) -> Spin:
+def _spin_once(
+    runner: ExcitationRunner, turns_by: Reference, turns: int, track_m: float, radius_m: float, title: str
+) -> Spin:
     """Turn on the spot, and return the turn.
 
     turns: the number of turns, positive to the left.
     track_m, radius_m: the best estimates so far, which decide how long the wheels turn.
     """
-    direction, fastest = (1 if turns > 0 else -1), probing.robot.max_velocity_rad_s
+    direction, fastest = (1 if turns > 0 else -1), runner.robot.max_velocity_rad_s
     wheel_rad_s = min(TURN_RAD_S * track_m / 2 / radius_m, MAX_SHARE * fastest)
     duration = abs(turns) * math.tau * track_m / 2 / radius_m / wheel_rad_s
-    command, rest = direction * wheel_rad_s / fastest, ProbeStep(STAND_S)
+    command, rest = direction * wheel_rad_s / fastest, ExcitationStep(STAND_S)
     where = "Put the robot on the floor with free space around it"
     mark = ", along a straight line" if turns_by is Reference.TAPE else ""
     near = ", within 1 m of a wall" if turns_by is Reference.WALL else ""
-    probing.prepare(f"{title}: {where}{mark}{near}. It turns {abs(turns)} times on the spot")
-    keeper = TruthKeeper()
-    kinds = PROBED_KINDS | ({"range_sensor"} if turns_by is Reference.WALL else set())
-    steps = [rest, ProbeStep(duration, -command, command), rest]
-    probe = probing.run_probe(steps, [keeper], takes_duties=False, kinds=kinds)
-    left, right = (_measure_wheel(probing, probe, side) for side in ("left", "right"))
+    instruction = f"{title}: {where}{mark}{near}. It turns {abs(turns)} times on the spot"
+    runner.prepare(instruction, has_question=turns_by is Reference.TAPE)
+    observer = TruePoseObserver()
+    kinds = EXCITATION_KINDS | ({"range_sensor"} if turns_by is Reference.WALL else set())
+    steps = [rest, ExcitationStep(duration, -command, command), rest]
+    excitation = runner.excite(steps, [observer], takes_duties=False, kinds=kinds)
+    left, right = (_measure_wheel(runner, excitation, side) for side in ("left", "right"))
     measure: dict[Reference, Callable[[], Estimate]] = {
-        Reference.TAPE: lambda: _ask_turn(probing, keeper, turns, title),
-        Reference.IMU: lambda: _read_gyro(probing, probe),
-        Reference.WALL: lambda: _compare_distances(probing, probe, track_m, radius_m),
+        Reference.TAPE: lambda: _ask_turn(runner, observer, turns, title),
+        Reference.IMU: lambda: _read_gyro(runner, excitation),
+        Reference.WALL: lambda: _compare_distances(runner, excitation, track_m, radius_m),
     }
     turn = measure[turns_by]()
     return Spin(left, right, turn.value, turn.deviation)
 
 
-def _ask_turn(probing: Probing, keeper: TruthKeeper, turns: int, title: str) -> Estimate:
-    if (turned := probing.read_turn(keeper)) is not None:
+def _ask_turn(runner: ExcitationRunner, observer: TruePoseObserver, turns: int, title: str) -> Estimate:
+    if (turned := runner.read_turn(observer)) is not None:
         return Estimate(turned, TAPE_ERROR_RAD)
-    beyond = probing.person.ask(
+    beyond = runner.person.ask(
         f"{title}: the angle from the line to the robot's direction now, in degrees, positive to the left"
     )
     return Estimate(turns * math.tau + math.radians(beyond), TAPE_ERROR_RAD)
 
 
-def _read_gyro(probing: Probing, probe: Probe) -> Estimate:
+def _read_gyro(runner: ExcitationRunner, excitation: Excitation) -> Estimate:
     """Return the turn by the IMU, without the drift that it has in both rests."""
-    times, headings = probe.log.read_series(probing.robot.description.first_of("imu").name)
-    edges = probe.log.edges
+    times, headings = excitation.log.read_series(runner.robot.description.first_of("imu").name)
+    edges = excitation.log.edges
     rests = [(times >= edges[0]) & (times <= edges[1]), (times >= edges[2] + STAND_S / 2) & (times <= edges[3])]
     columns = [np.where(rest, 1.0, 0.0) for rest in rests]
     used = rests[0] | rests[1]
@@ -205,11 +208,11 @@ def _read_gyro(probing: Probing, probe: Probe) -> Estimate:
     return Estimate(end.value - start.value, math.hypot(start.deviation, end.deviation, GYRO_ERROR_RAD))
 
 
-def _compare_distances(probing: Probing, probe: Probe, track_m: float, radius_m: float) -> Estimate:
+def _compare_distances(runner: ExcitationRunner, excitation: Excitation, track_m: float, radius_m: float) -> Estimate:
     """Return the turn by the repetition of the measured distances."""
-    edges = probe.log.edges
-    times, distances = probe.log.read_series(probing.robot.description.first_of("range_sensor").name)
-    left, right = (np.interp(times, *_read_wheel(probing, probe, side)) for side in ("left", "right"))
+    edges = excitation.log.edges
+    times, distances = excitation.log.read_series(runner.robot.description.first_of("range_sensor").name)
+    left, right = (np.interp(times, *_read_wheel(runner, excitation, side)) for side in ("left", "right"))
     turned = (right - left) * radius_m / track_m
     moving = (times >= edges[1]) & (times <= edges[2])
     full = fit_full_turn(turned[moving], distances[moving])
@@ -217,25 +220,25 @@ def _compare_distances(probing: Probing, probe: Probe, track_m: float, radius_m:
     return Estimate(whole * math.tau / full.value, abs(whole) * math.tau / full.value**2 * full.deviation)
 
 
-def _measure_wheel(probing: Probing, probe: Probe, side: Side) -> float:
-    """Return the angle by which the wheels of a side have turned in a probe, in radians."""
-    _, angles = _read_wheel(probing, probe, side)
+def _measure_wheel(runner: ExcitationRunner, excitation: Excitation, side: Side) -> float:
+    """Return the angle by which the wheels of a side have turned in an excitation, in radians."""
+    _, angles = _read_wheel(runner, excitation, side)
     return float(angles[-1] - angles[0])
 
 
-def _read_wheel(probing: Probing, probe: Probe, side: Side) -> tuple[Array, Array]:
+def _read_wheel(runner: ExcitationRunner, excitation: Excitation, side: Side) -> tuple[Array, Array]:
     """Return the times and the mean angles of the wheels of a side, by the encoders, or else by the commands."""
-    drive = probing.drive
+    drive = runner.drive
     encoders = drive.left_encoders if side == "left" else drive.right_encoders
     if not encoders:
-        return probe.log.integrate_sent(side)
-    series = [probe.log.read_series(name) for name in encoders]
+        return excitation.log.integrate_sent(side)
+    series = [excitation.log.read_series(name) for name in encoders]
     times = series[0][0]
     return times, np.mean([np.interp(times, *each) for each in series], axis=0)
 
 
-def _fastest_m_s(probing: Probing) -> float:
-    return probing.robot.max_velocity_rad_s * probing.drive.wheel_radius_m
+def _fastest_m_s(runner: ExcitationRunner) -> float:
+    return runner.robot.max_velocity_rad_s * runner.drive.wheel_radius_m
 
 
 def _refuse(option: str, reason: str) -> UsageError:

@@ -9,6 +9,8 @@ from enum import Enum
 
 import numpy as np
 
+from robotcore.calibration.excitation import SIDES, ExcitationLog, Side
+from robotcore.calibration.excitation_runs import ExcitationRunner
 from robotcore.calibration.least_squares import Array
 from robotcore.calibration.motors.plans import (
     IMU_REST_S,
@@ -21,8 +23,6 @@ from robotcore.calibration.motors.response import Response, fit_response, shorte
 from robotcore.calibration.motors.tape_fit import PresentMotor, TapeDrive, fit_tape
 from robotcore.calibration.motors.velocity_curve import CurvePoint, VelocityCurve, fit_velocity_curve
 from robotcore.calibration.motors.wheel_check import check_wheels
-from robotcore.calibration.probe import SIDES, ProbeLog, Side
-from robotcore.calibration.probing import Probing
 from robotcore.description import AckermannDrive, Drive
 from robotcore.errors import CalibrationError, UsageError
 from robotcore.kinds.encoder import EncoderDescription
@@ -58,9 +58,9 @@ class MotorResult:
     """The response to steps of the command. None if only distances were measured."""
 
 
-def choose_method(probing: Probing) -> Method:
+def choose_method(runner: ExcitationRunner) -> Method:
     """Return the best method that the devices of the robot allow."""
-    robot = probing.robot.description
+    robot = runner.robot.description
     assert robot.drive
     if robot.drive.encoders:
         return Method.ENCODER
@@ -68,7 +68,7 @@ def choose_method(probing: Probing) -> Method:
     return Method.IMU if has_imu else Method.TAPE
 
 
-def measure_motors(probing: Probing, method: Method, distance_m: float = 1.0) -> list[MotorResult]:
+def measure_motors(runner: ExcitationRunner, method: Method, distance_m: float = 1.0) -> list[MotorResult]:
     """Drive the robot, and return the properties of each motor of its drive.
 
     distance_m: the length of a drive along a tape measure, in metres.
@@ -76,7 +76,7 @@ def measure_motors(probing: Probing, method: Method, distance_m: float = 1.0) ->
     Raises UsageError for a method that the robot does not allow, and CalibrationError if a motor cannot be measured.
     """
     measure = {Method.ENCODER: _measure_by_encoders, Method.IMU: _measure_by_imu}.get(method)
-    results = measure(probing) if measure else _measure_by_tape(probing, distance_m)
+    results = measure(runner) if measure else _measure_by_tape(runner, distance_m)
     for each in results:
         if not each.curve.is_fitting:
             raise CalibrationError(
@@ -90,27 +90,27 @@ def measure_motors(probing: Probing, method: Method, distance_m: float = 1.0) ->
     return results
 
 
-def _measure_by_encoders(probing: Probing) -> list[MotorResult]:
-    robot, drive = probing.robot.description, probing.drive
+def _measure_by_encoders(runner: ExcitationRunner) -> list[MotorResult]:
+    robot, drive = runner.robot.description, runner.drive
     encoders = {side: _pair_encoders(drive, side) for side in SIDES}
     if not all(encoders.values()):
         raise _refuse(Method.ENCODER, "[drive] names no encoders")
     on_spot = not robot.min_turn_radius_m
     resolutions = {each.name: math.tau / each.counts_per_turn for each in robot.all_of(EncoderDescription)}
     # First, because a robot with a reversed motor would drive away in place of turning on the spot.
-    check = probing.run_probe(plan_wheel_check(probing.robot.max_command, turns_on_spot=on_spot))
+    check = runner.excite(plan_wheel_check(runner.robot.max_command, turns_on_spot=on_spot))
     check_wheels(check.log, encoders, resolutions, is_alone=on_spot)
-    probe = probing.run_probe(plan_for_encoders(probing.robot.max_command, turns_on_spot=on_spot))
+    excitation = runner.excite(plan_for_encoders(runner.robot.max_command, turns_on_spot=on_spot))
     found = {}
     for side in SIDES:
         for motor, encoder in encoders[side].items():
-            times, angles = _read_angles(probe.log, drive, encoder)
-            response = fit_response(probe.log.list_steps(side), times, angles)
+            times, angles = _read_angles(excitation.log, drive, encoder)
+            response = fit_response(excitation.log.list_steps(side), times, angles)
             found[motor] = MotorResult(motor, encoder, _fit_curve(motor, response), response)
     return list(found.values())
 
 
-def _read_angles(log: ProbeLog, drive: Drive, encoder: str) -> tuple[Array, Array]:
+def _read_angles(log: ExcitationLog, drive: Drive, encoder: str) -> tuple[Array, Array]:
     """Return the times and the angles of an encoder.
 
     The wheels of a robot that steers roll along one arc. Their mean does not depend on the angle of the servo.
@@ -132,14 +132,14 @@ def _pair_encoders(drive: Drive, side: Side) -> dict[str, str]:
     return {motor: encoders[min(number, len(encoders) - 1)] for number, motor in enumerate(motors)}
 
 
-def _measure_by_imu(probing: Probing) -> list[MotorResult]:
-    robot, drive = probing.robot.description, probing.drive
+def _measure_by_imu(runner: ExcitationRunner) -> list[MotorResult]:
+    robot, drive = runner.robot.description, runner.drive
     if (imu := robot.first_of("imu")) is None:
         raise _refuse(Method.IMU, "the robot has no IMU")
     if robot.min_turn_radius_m:
         raise _refuse(Method.IMU, "a robot that steers cannot turn about one wheel")
-    probe = probing.run_probe(plan_for_imu(probing.robot.max_command))
-    times, headings = probe.log.read_series(imu.name)
+    excitation = runner.excite(plan_for_imu(runner.robot.max_command))
+    times, headings = excitation.log.read_series(imu.name)
     if float(np.ptp(headings)) < 1.0:
         raise CalibrationError(
             f"{imu.name} measured a turn of {float(np.ptp(headings)):.2f} rad only. Put the robot on the floor, and "
@@ -151,7 +151,7 @@ def _measure_by_imu(probing: Probing) -> list[MotorResult]:
     for side in SIDES:
         sign, motors = (-1, drive.left_motors) if side == "left" else (1, drive.right_motors)
         angles = sign * headings * drive.geometry.track / drive.geometry.wheel_radius
-        steps = shorten_rests(probe.log.list_steps(side), IMU_REST_S)
+        steps = shorten_rests(excitation.log.list_steps(side), IMU_REST_S)
         response = fit_response(steps, times, angles, has_drift=True)
         _require_forward(side, motors, response, imu.name)
         results += [MotorResult(motor, imu.name, _fit_curve(motor, response), response) for motor in motors]
@@ -181,21 +181,21 @@ def fit_curve_of(motor: str, points: Sequence[CurvePoint]) -> VelocityCurve:
         raise CalibrationError(f"{motor}: {error}", kind=error.kind, device=motor, **error.fields) from error
 
 
-def _measure_by_tape(probing: Probing, distance_m: float) -> list[MotorResult]:
-    drive, drives = probing.drive, []
+def _measure_by_tape(runner: ExcitationRunner, distance_m: float) -> list[MotorResult]:
+    drive, drives = runner.drive, []
     commands = [
         (sign * level, distance_m * share)
-        for level, share in zip(list_levels(probing.robot.max_command, TAPE_LEVELS), TAPE_WAYS, strict=True)
+        for level, share in zip(list_levels(runner.robot.max_command, TAPE_LEVELS), TAPE_WAYS, strict=True)
         for sign in (1, -1)
     ]
     for number, (command, way_m) in enumerate(commands, start=1):
-        speed = abs(_predict_rad_s(probing, command)) * drive.wheel_radius_m
+        speed = abs(_predict_rad_s(runner, command)) * drive.wheel_radius_m
         duration = min(max(way_m / speed if speed else MAX_DRIVE_S, MIN_DRIVE_S), MAX_DRIVE_S)
-        duration = round(duration * probing.rate_hz) / probing.rate_hz
-        moved, _ = probing.drive_straight(command, duration, SETTLE_S, f"drive {number} of {len(commands)}")
+        duration = round(duration * runner.rate_hz) / runner.rate_hz
+        moved, _ = runner.drive_straight(command, duration, SETTLE_S, f"drive {number} of {len(commands)}")
         drives.append(TapeDrive(command, duration, moved))
     sides = [drive.left_motors] if drive.left_motors == drive.right_motors else [drive.left_motors, drive.right_motors]
-    curves = fit_tape(drives, drive.geometry, [_read_present(probing, motors[0]) for motors in sides])
+    curves = fit_tape(drives, drive.geometry, [_read_present(runner, motors[0]) for motors in sides])
     return [
         MotorResult(motor, "tape measure", curve, None)
         for motors, curve in zip(sides, curves, strict=True)
@@ -203,19 +203,19 @@ def _measure_by_tape(probing: Probing, distance_m: float) -> list[MotorResult]:
     ]
 
 
-def _read_present(probing: Probing, motor: str) -> PresentMotor:
+def _read_present(runner: ExcitationRunner, motor: str) -> PresentMotor:
     """Return the values of a motor in the robot's file."""
-    robot = probing.robot
+    robot = runner.robot
     lag_s = next(each.lag_s for each in robot.description.all_of(MotorDescription) if each.name == motor)
     if model := robot.models.get(motor):
         return PresentMotor(model.dead_band, model.forward_rad_s, model.backward_rad_s, lag_s)
     return PresentMotor(0.0, robot.full_rad_s, robot.full_rad_s, lag_s)
 
 
-def _predict_rad_s(probing: Probing, command: float) -> float:
+def _predict_rad_s(runner: ExcitationRunner, command: float) -> float:
     """Return the velocity at a command by the present model of the first motor, in rad/s."""
-    models = probing.robot.models
-    return next(iter(models.values())).velocity(command) if models else command * probing.robot.full_rad_s
+    models = runner.robot.models
+    return next(iter(models.values())).velocity(command) if models else command * runner.robot.full_rad_s
 
 
 def _refuse(method: Method, reason: str) -> UsageError:

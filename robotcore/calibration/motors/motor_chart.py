@@ -1,4 +1,4 @@
-"""Draws the measured velocities of motors, the fitted curves, and those of the robot's file."""
+"""Builds charts of the measured velocities of motors, the fitted curves, and those of the robot's file."""
 
 from __future__ import annotations
 
@@ -6,56 +6,53 @@ from collections.abc import Mapping, Sequence
 
 import numpy as np
 
-from robotcore.calibration.chart import Chart, Point
 from robotcore.calibration.motors.measurement import MotorResult
 from robotcore.calibration.motors.velocity_curve import VelocityCurve
-from robotcore.canvas import FADED, INK, PAPER, RULE, SERIES, Canvas
+from robotcore.canvas import RULE, SERIES
 from robotcore.hardware.motor_model import MotorModel
-from robotcore.optics import Image
+from robotcore.view.chart import Chart, Series
 
-WIDTH, HEIGHT = 560, 420
-"""The size of the chart of a motor, in pixels."""
-
-COLUMNS, TOP, EDGE = 2, 70, 20
 HEADROOM = 1.1
-STEPS = 41
-"""The number of points of a curve."""
+"""The greatest velocity of a chart, as a share of the greatest one of its curves."""
+
+DUTIES = np.linspace(-1.0, 1.0, 41)
+"""The duties at which a curve is computed."""
 
 
-def draw_motors(results: Sequence[MotorResult], models: Mapping[str, MotorModel], heading: str) -> Image:
-    """Return a picture with a chart for each motor: its velocity over the duty.
+def build_motor_charts(results: Sequence[MotorResult], models: Mapping[str, MotorModel]) -> list[Chart]:
+    """Return a chart for each motor: its velocity over the duty.
 
     models: the models in the robot's file, by the name of the motor.
     """
-    rows = (len(results) + COLUMNS - 1) // COLUMNS
-    canvas = Canvas(2 * EDGE + COLUMNS * WIDTH, TOP + rows * HEIGHT + EDGE, PAPER)
-    canvas.write_text((EDGE + 20, 34), heading, INK, 18, bold=True)
-    canvas.write_text((EDGE + 20, 56), "dots: measured. coloured: fitted. grey: the robot's file", FADED, 11)
-    for number, result in enumerate(results):
-        place = (EDGE + number % COLUMNS * WIDTH, TOP + number // COLUMNS * HEIGHT)
-        _draw_motor(canvas, place, result, models.get(result.motor), number)
-    return canvas.render()
+    return [_build_chart(result, models.get(result.motor), number) for number, result in enumerate(results)]
 
 
-def _draw_motor(canvas: Canvas, place: Point, result: MotorResult, model: MotorModel | None, number: int) -> None:
+def _build_chart(result: MotorResult, model: MotorModel | None, number: int) -> Chart:
     curve, colour = result.curve, SERIES[number % len(SERIES)]
-    present = [(x, model.velocity(x)) for x in _spread()] if model else []
-    fitted = [(x, compute_velocity(curve, x)) for x in _spread()]
-    reach = HEADROOM * max(abs(y) for _, y in (*present, *fitted))
-    chart = Chart(canvas, place, (WIDTH, HEIGHT), (-1.0, 1.0), (-reach, reach))
-    command = "duty" if model else "share of the greatest velocity"
-    chart.draw_axes(f"{result.motor}, by {result.instrument}", command, "velocity in rad/s")
-    if present:
-        chart.draw_curve(present, RULE, 4)
-    chart.draw_curve(fitted, colour)
-    chart.draw_points(((each.command, each.velocity.value) for each in curve.points), colour)
+    fitted = _compute_velocities(_build_model(curve))
+    present = _compute_velocities(model) if model else np.empty(0)
+    reach = HEADROOM * float(np.abs([*fitted, *present]).max())
+    points = [(each.command, each.velocity.value) for each in curve.points]
+    commands, velocities = ([point[axis] for point in points] for axis in (0, 1))
+    series = [
+        *([Series(DUTIES, present, RULE, 4.0, "the robot's file")] if model else []),
+        Series(DUTIES, fitted, colour, label="fit"),
+        Series(commands, velocities, colour, label="measured", has_dots=True),
+    ]
+    return Chart(
+        f"{result.motor}, by {result.instrument}",
+        series,
+        "duty" if model else "share of the greatest velocity",
+        "velocity in rad/s",
+        x_range=(-1.0, 1.0),
+        y_range=(-reach, reach),
+    )
 
 
-def _spread() -> list[float]:
-    return [float(each) for each in np.linspace(-1, 1, STEPS)]
-
-
-def compute_velocity(curve: VelocityCurve, command: float) -> float:
-    """Return the velocity of the fitted curve at a duty, in rad/s."""
+def _build_model(curve: VelocityCurve) -> MotorModel:
     full = {"forward_rad_s": curve.forward.value, "backward_rad_s": curve.backward.value}
-    return MotorModel(dead_band=max(curve.dead_band.value, 0.0), **full).velocity(command)
+    return MotorModel(dead_band=max(curve.dead_band.value, 0.0), **full)
+
+
+def _compute_velocities(model: MotorModel) -> np.ndarray:
+    return np.array([model.velocity(float(duty)) for duty in DUTIES])

@@ -5,22 +5,34 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator
 
+from robotcore.calibration.calibrated_robot import CalibratedRobot
 from robotcore.calibration.corrections import Correction
 from robotcore.calibration.least_squares import Estimate
 from robotcore.calibration.motors.measurement import MotorResult
-from robotcore.calibration.probing_robot import CalibratedRobot
 from robotcore.hardware.motor_model import MotorModel
 from robotcore.kinds.motor import MotorDescription
 
-LEAST_DEAD_BAND, LEAST_LAG_S, LEAST_TRIM = 0.001, 0.003, 0.005
-"""The least differences that count. """
+LEAST_DEAD_BAND = 0.001
+"""The least difference of a dead band that counts, as a share of the full duty."""
+
+LEAST_LAG_S = 0.003
+"""The least difference of a lag that counts, in seconds."""
+
+LEAST_TRIM = 0.005
+"""The least difference of a trim that counts. A trim is a factor without a unit."""
 
 REMAINING = {"dead_band_rad_s": 0.0, "forward_gain": 1.0, "backward_gain": 1.0}
-"""The keys of a motor's description that describe an error behind a model, and their values without the error."""
+"""The keys of a motor's description that describe an error behind a model, and their values without the error.
+
+The dead band is in rad/s. The gains are factors without a unit.
+"""
 
 
-def correct_motor(result: MotorResult, robot: CalibratedRobot) -> list[Correction]:
-    """Return the values of a motor in the robot's file, with the measured ones."""
+def list_motor_corrections(result: MotorResult, robot: CalibratedRobot) -> list[Correction]:
+    """Return the values of a motor in the robot's file, with the measured ones.
+
+    They are shares of the full duty, rad/s and seconds, as the suffixes of their keys say.
+    """
     description = next(each for each in robot.description.all_of(MotorDescription) if each.name == result.motor)
     return [*_correct_settings(result, robot, description), *_correct_lag(result, description)]
 
@@ -39,8 +51,9 @@ def _correct_settings(
         return
     if (model := robot.models.get(name)) is None:
         assert robot.description.drive
-        has_other = result.instrument in robot.description.drive.encoders or not robot.description.drive.encoders
-        if has_other and (trim := robot.trims.get(name)) is not None:
+        # Only with its own encoder, a wheel of another size does not look like a motor of another velocity.
+        can_correct_trim = result.instrument in robot.description.drive.encoders or not robot.description.drive.encoders
+        if can_correct_trim and (trim := robot.trims.get(name)) is not None:
             yield _correct_trim(result, robot.full_rad_s, (section, name), trim)
         return
     place = (section, name, "model")
@@ -62,6 +75,11 @@ def _correct_settings(
 
 
 def _correct_trim(result: MotorResult, full_rad_s: float, place: tuple[str, ...], trim: float) -> Correction:
+    """Return the correction of the factor on each command of a motor that takes velocities.
+
+    full_rad_s: the velocity of the full command, in rad/s.
+    trim: the factor in the robot's file.
+    """
     # The velocities were measured with the present trim.
     forward, backward = result.curve.forward, result.curve.backward
     gain = (forward.value + backward.value) / 2 / full_rad_s

@@ -8,8 +8,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from robotcore.calibration.excitation import CommandStep
 from robotcore.calibration.least_squares import Array, Estimate, Fit, fit_linear, fit_nonlinear
-from robotcore.calibration.probe import CommandStep
 from robotcore.errors import CalibrationError
 
 STARTS_S = ((0.02, 0.0), (0.08, 0.0), (0.3, 0.0))

@@ -9,10 +9,10 @@ from typing import NamedTuple
 
 import numpy as np
 
+from robotcore.calibration.excitation_runs import Displacement
 from robotcore.calibration.least_squares import Array, Estimate, fit_nonlinear
 from robotcore.calibration.motors.response import compute_step_response
 from robotcore.calibration.motors.velocity_curve import MAX_DEAD_BAND, CurvePoint, VelocityCurve, compute_speed
-from robotcore.calibration.probing import Displacement
 from robotcore.errors import CalibrationError
 from robotcore.geometry import DifferentialGeometry
 

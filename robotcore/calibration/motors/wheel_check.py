@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator, Mapping
 
-from robotcore.calibration.probe import SIDES, ProbeLog, Side
+from robotcore.calibration.excitation import SIDES, ExcitationLog, Side
 from robotcore.errors import CalibrationError
 
 MIN_COUNTS = 3
@@ -18,7 +18,7 @@ ADVICE = "Find the fault with robotcore test-devices"
 
 
 def check_wheels(
-    log: ProbeLog, encoders: Mapping[Side, Mapping[str, str]], resolutions: Mapping[str, float], *, is_alone: bool
+    log: ExcitationLog, encoders: Mapping[Side, Mapping[str, str]], resolutions: Mapping[str, float], *, is_alone: bool
 ) -> None:
     """Raise CalibrationError if an encoder does not count, counts backward, or counts the wheel of the other side.
 

@@ -19,7 +19,8 @@ from robotcore.cli.output import write_lines
 def command(context: click.Context) -> None:
     """Measure the parts of a robot, and correct its file.
 
-    Without --write, a command prints the changes and leaves the file as it is.
+    Without --write, a command prints the changes and leaves the file as it is. An e-stop, Ctrl-C or an error ends a
+    command. Complete results are then still shown and written.
     """
     if context.invoked_subcommand is None:
         write_lines(context.get_help())

@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from pathlib import Path
+from functools import partial
 from typing import TYPE_CHECKING, Any
 
 import click
 
-from robotcore.cli.calibrate._session import CalibrationCommand, CalibrationSession, calibration_options
-from robotcore.cli.output import write_json, write_line, write_table
+from robotcore.cli.calibrate.excitation_runner import build_runner, distance_option
+from robotcore.cli.output import write_line, write_table
+from robotcore.cli.robot_session import OPEN, MeasuringCommand, RobotSession, robot_session_options
 
 if TYPE_CHECKING:
     from robotcore.calibration.corrections import Correction
@@ -17,8 +18,8 @@ if TYPE_CHECKING:
     from robotcore.description import Drive
 
 
-@click.command("drive", cls=CalibrationCommand)
-@calibration_options
+@click.command("drive", cls=MeasuringCommand, short_help="Measure the wheel radius and the track.")
+@robot_session_options(OPEN)
 @click.option(
     "--straight-by",
     type=click.Choice(["tape", "wall"]),
@@ -32,15 +33,7 @@ if TYPE_CHECKING:
     help="The reference of the turns: an angle that you measure, the IMU, or the distances around the robot. "
     "Default: the IMU, else tape.",
 )
-@click.option(
-    "--distance",
-    "distance_m",
-    metavar="METRES",
-    type=click.FloatRange(0.2, 20),
-    default=2.0,
-    show_default=True,
-    help="The length of a straight drive.",
-)
+@distance_option(most_m=20, default_m=2.0, text="The length of a straight drive.")
 @click.option(
     "--turns",
     type=click.IntRange(1, 20),
@@ -48,55 +41,31 @@ if TYPE_CHECKING:
     show_default=True,
     help="The number of turns on the spot in each direction.",
 )
-def command(
-    straight_by: str,
-    turns_by: str | None,
-    distance_m: float,
-    turns: int,
-    plot: Path | None,
-    *,
-    as_json: bool,
-    **values: Any,
-) -> int:
+def command(straight_by: str, turns_by: str | None, distance_m: float, turns: int, **values: Any) -> int:
     """Measure the wheel radius and the track of a robot, and correct the robot's file.
 
-    The robot drives straight, and turns on the spot. Calibrate the motors first. In a simulator, the ground truth is
-    the tape measure.
+    The robot drives straight, and turns on the spot. Calibrate the motors first. In a simulator, the true pose
+    replaces the tape measure.
     """
-    from robotcore.calibration.drive.drive_corrections import correct_drive
+    from robotcore.calibration.corrections import apply_corrections
+    from robotcore.calibration.drive.drive_chart import build_drive_charts
+    from robotcore.calibration.drive.drive_corrections import list_drive_corrections
     from robotcore.calibration.drive.measurement import Reference, measure_drive
 
-    session = CalibrationSession(plot=plot, **values)
-    probing = session.probing
-    has_imu = probing.robot.description.first_of("imu") is not None
-    reference = Reference(turns_by or ("imu" if has_imu else "tape"))
-    result = measure_drive(probing, Reference(straight_by), reference, distance_m, turns)
-    corrections = correct_drive(result, probing.drive)
-    if plot:
-        _save_plot(plot, result, session)
-    if not as_json:
-        _write_result(result, corrections, probing.drive)
-    answer = session.finish(corrections, as_json=as_json)
-    if plot and not as_json:
-        write_line(f"The plot: {plot}")
-    if as_json:
-        names = {"robot": session.calibrated.robot, "backend": session.backend.name}
-        write_json({**names, **_to_dict(result), **answer})
-    return 0
-
-
-def _save_plot(plot: Path, result: DriveResult, session: CalibrationSession) -> None:
-    from robotcore.calibration.drive.drive_chart import draw_drive
-    from robotcore.canvas import encode_png
-    from robotcore.view.page import save_png
-
-    heading = f"The drive of {session.calibrated.description.name} on {session.backend.name}"
-    save_png(encode_png(draw_drive(result, session.probing.drive, heading)), plot, "--plot")
+    session = RobotSession(**values, default_world=OPEN)
+    runner = build_runner(session)
+    turn_reference = Reference(turns_by or ("imu" if session.description.first_of("imu") else "tape"))
+    result = measure_drive(runner, Reference(straight_by), turn_reference, distance_m, turns)
+    corrections = list_drive_corrections(result, runner.drive)
+    apply_corrections(session.changes, corrections)
+    session.charts += build_drive_charts(result, runner.drive)
+    answer = {"robot": session.robot, **_to_dict(result), "corrections": [each.to_dict() for each in corrections]}
+    return session.finish("The drive", answer, partial(_write_result, result, corrections, runner.drive))
 
 
 def _write_result(result: DriveResult, corrections: list[Correction], drive: Drive) -> None:
     rows = (
-        (each.key, f"{each.old:g}", f"{each.new:g}", f"{each.measured.deviation:.2g}", "is corrected" * each.is_needed)
+        (each.key, f"{each.old:g}", f"{each.new:g}", f"{each.measured.deviation:.2g}", "differs" * each.is_needed)
         for each in corrections
     )
     write_table(("property", "in the file", "measured", "±", ""), rows)

@@ -3,15 +3,17 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from pathlib import Path
+from functools import partial
 from typing import TYPE_CHECKING, Any
 
 import click
 
-from robotcore.cli.calibrate._session import CalibrationCommand, CalibrationSession, calibration_options
-from robotcore.cli.output import write_json, write_line, write_table
+from robotcore.cli.calibrate.excitation_runner import build_runner, distance_option
+from robotcore.cli.output import write_line, write_table
+from robotcore.cli.robot_session import OPEN, MeasuringCommand, RobotSession, robot_session_options
 
 if TYPE_CHECKING:
+    from robotcore.calibration.calibrated_robot import CalibratedRobot
     from robotcore.calibration.corrections import Correction
     from robotcore.calibration.least_squares import Estimate
     from robotcore.calibration.motors.measurement import MotorResult
@@ -26,68 +28,51 @@ PIVOT = (
 )
 
 
-@click.command("motors", cls=CalibrationCommand)
-@calibration_options
+@click.command("motors", cls=MeasuringCommand, short_help="Measure the motors: dead band, velocities, lag.")
+@robot_session_options(OPEN)
 @click.option(
     "--by",
     "method",
     type=click.Choice(["encoder", "imu", "tape"]),
     help="The measuring instrument. Default: the encoders, else the IMU, else a tape measure.",
 )
-@click.option(
-    "--distance",
-    "distance_m",
-    metavar="METRES",
-    type=click.FloatRange(0.2, 10),
-    default=1.0,
-    show_default=True,
-    help="The length of a drive along a tape measure.",
-)
-def command(method: str | None, distance_m: float, plot: Path | None, *, as_json: bool, **values: Any) -> int:
+@distance_option(most_m=10, default_m=1.0, text="The length of a drive along a tape measure.")
+def command(method: str | None, distance_m: float, **values: Any) -> int:
     """Measure the dead band, the velocities and the lag of the motors of a drive, and correct the robot's file.
 
-    The robot turns its wheels at several duties, on a stand or in an open space. In a simulator, the ground truth is
-    the tape measure.
+    The robot turns its wheels at several duties, on a stand or in an open space. In a simulator, the true pose
+    replaces the tape measure.
     """
+    from robotcore.calibration.corrections import apply_corrections
     from robotcore.calibration.motors.measurement import Method, choose_method, measure_motors
-    from robotcore.calibration.motors.motor_corrections import correct_motor
+    from robotcore.calibration.motors.motor_chart import build_motor_charts
+    from robotcore.calibration.motors.motor_corrections import list_motor_corrections
 
-    session = CalibrationSession(plot=plot, **values)
-    probing = session.probing
-    chosen = Method(method) if method else choose_method(probing)
+    session = RobotSession(**values, default_world=OPEN)
+    runner = build_runner(session)
+    robot = runner.robot
+    chosen = Method(method) if method else choose_method(runner)
     if chosen is not Method.TAPE:
-        probing.prepare(FLOOR if chosen is Method.ENCODER else PIVOT)
-    results = measure_motors(probing, chosen, distance_m)
-    corrections = [each for result in results for each in correct_motor(result, session.calibrated)]
-    if plot:
-        _save_plot(plot, results, session)
-    if not as_json:
-        _write_results(results, corrections, session)
-    answer = session.finish(corrections, as_json=as_json)
-    if plot and not as_json:
-        write_line(f"The plot: {plot}")
-    if as_json:
-        names = {"robot": session.calibrated.robot, "backend": session.backend.name, "method": chosen.value}
-        write_json({**names, "motors": {each.motor: _to_dict(each) for each in results}, **answer})
-    return 0
+        runner.prepare(FLOOR if chosen is Method.ENCODER else PIVOT)
+    results = measure_motors(runner, chosen, distance_m)
+    corrections = [each for result in results for each in list_motor_corrections(result, robot)]
+    apply_corrections(session.changes, corrections)
+    session.charts += build_motor_charts(results, robot.models)
+    answer = {
+        "robot": session.robot,
+        "method": chosen.value,
+        "motors": {each.motor: _to_dict(each) for each in results},
+        "corrections": [each.to_dict() for each in corrections],
+    }
+    return session.finish("The motors", answer, partial(_write_results, results, corrections, robot))
 
 
-def _save_plot(plot: Path, results: list[MotorResult], session: CalibrationSession) -> None:
-    from robotcore.calibration.motors.motor_chart import draw_motors
-    from robotcore.canvas import encode_png
-    from robotcore.view.page import save_png
-
-    heading = f"The motors of {session.calibrated.description.name} on {session.backend.name}"
-    save_png(encode_png(draw_motors(results, session.calibrated.models, heading)), plot, "--plot")
-
-
-def _write_results(results: list[MotorResult], corrections: list[Correction], session: CalibrationSession) -> None:
+def _write_results(results: list[MotorResult], corrections: list[Correction], robot: CalibratedRobot) -> None:
     known = {(each.table[1], each.key): each for each in corrections}
-    has_models = bool(session.calibrated.models)
     rows = [
         (result.motor, *cells)
         for result in results
-        for cells in _list_cells(result, known, session.calibrated.full_rad_s, has_models=has_models)
+        for cells in _list_cells(result, known, robot.full_rad_s, has_models=bool(robot.models))
     ]
     write_table(("motor", "property", "in the file", "measured", "±", ""), rows)
     write_line()
@@ -119,7 +104,7 @@ def _list_cells(
         old = f"{correction.old:g}" if correction else ""
         value = f"{correction.new:g}" if correction else f"{estimate.rounded:g}"
         is_wrong = correction is not None and correction.is_needed
-        yield words, old, value, f"{estimate.deviation:.2g}", "is corrected" if is_wrong else ""
+        yield words, old, value, f"{estimate.deviation:.2g}", "differs" if is_wrong else ""
 
 
 def _to_dict(result: MotorResult) -> dict[str, Any]:

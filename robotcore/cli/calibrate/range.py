@@ -6,33 +6,25 @@ import math
 from collections.abc import Iterator
 from dataclasses import asdict
 from functools import partial
-from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import click
 
-from robotcore.cli.calibrate._options import (
-    CalibratedSetup,
-    calibrated_robot_options,
-    find_described,
-    load_calibrated_robot,
-)
-from robotcore.cli.command_classes import AnsweringCommand
-from robotcore.cli.live_session import open_live_robot
-from robotcore.cli.output import as_json, redirect_prints, write_json, write_line, write_table
-from robotcore.cli.person import has_terminal, read_number, require_ready
-from robotcore.cli.robot_changes import RobotChanges, write_option
-from robotcore.errors import UsageError
+from robotcore.cli.output import write_line, write_table
+from robotcore.cli.person import has_terminal
+from robotcore.cli.robot_session import BENCH, MeasuringCommand, RobotSession, robot_session_options
+from robotcore.errors import CalibrationError, UsageError
 
 if TYPE_CHECKING:
-    from robotcore.calibration.range_sensor import RangeFit, Stop
+    from robotcore.calibration.range_sensor import RangeFit, WallSamples
+    from robotcore.cli.person import TerminalPerson
     from robotcore.interactive.live_robot import LiveRobot
     from robotcore.kinds.range_sensor import RangeSensorDescription
 
 RATE_HZ = 50.0
 """The number of ticks in a second, so that no sample is missed."""
 
-STOPS = 6
+DISTANCES = 6
 """The number of distances at which a robot stops that drives towards the wall."""
 
 NEAR_M = 0.25
@@ -54,14 +46,14 @@ def _parse_distances(_context: click.Context, _parameter: click.Parameter, value
     return distances
 
 
-@click.command("range", cls=AnsweringCommand)
-@calibrated_robot_options
+@click.command("range", cls=MeasuringCommand, short_help="Measure the errors of a range sensor.")
+@robot_session_options(BENCH)
 @click.option("--sensor", "name", metavar="NAME", help="The name of the range sensor. Default: the first one.")
 @click.option(
     "--distances",
     metavar="METRES,…",
     callback=_parse_distances,
-    help="The distances from the sensor to the wall by a tape measure. Default: they are asked.",
+    help="The distances from the sensor to the wall by a tape measure. Default: the command asks for them.",
 )
 @click.option(
     "--drive",
@@ -73,26 +65,7 @@ def _parse_distances(_context: click.Context, _parameter: click.Parameter, value
 @click.option(
     "--seconds", type=click.FloatRange(0.5, 60.0), default=3.0, show_default=True, help="The time at each distance."
 )
-@click.option("--plot", metavar="FILE.png", type=click.Path(path_type=Path), help="Draw the errors and the fit.")
-@write_option
-@as_json
-def command(
-    robot: str,
-    backend: str,
-    world: str | None,
-    seed: int | None,
-    port: str | None,
-    options: tuple[tuple[str, str], ...],
-    name: str | None,
-    distances: tuple[float, ...],
-    start: float | None,
-    seconds: float,
-    plot: Path | None,
-    *,
-    is_confirmed: bool,
-    is_writing: bool,
-    as_json: bool,
-) -> int:
+def command(name: str | None, distances: tuple[float, ...], start: float | None, seconds: float, **values: Any) -> int:
     """Measure the offset, the noise and the lost echoes of a range sensor before a flat wall.
 
     Put the robot square before the wall, measure the distance from the sensor to the wall with a tape, and type it.
@@ -100,82 +73,84 @@ def command(
     towards the wall itself. In a simulator it does so too, and the true distance takes the place of the tape.
 
     The results are written to the sensor's description. A run subtracts the offset, and simulators simulate all three.
+    After an e-stop, Ctrl-C or an error, the results of the measured distances are shown, but not written.
     """
-    from robotcore.calibration.range_sensor import draw_errors, fit_range
+    from robotcore.calibration.range_sensor import build_error_chart, fit_range
 
-    setup = load_calibrated_robot(robot, backend, world, seed, options, port=port)
-    sensor: RangeSensorDescription = find_described(setup.description, "range_sensor", name)
+    session = RobotSession(**values)
+    sensor: RangeSensorDescription = session.find_device("range_sensor", name)
+    is_driving = _decide_driving(session, distances, start)
+    walls: list[WallSamples] = []
+    session.measure(partial(_measure, session, sensor, walls, distances, start, seconds, is_driving=is_driving))
+    try:
+        fit = fit_range(walls, sensor)
+    except CalibrationError as error:
+        raise (session.error or error) from None
+    if session.error:
+        session.changes.refuse("the measurement did not reach its end")
+    notes = _apply(session, sensor, fit)
+    session.charts.append(build_error_chart(fit, sensor.name))
+    results = [{**_drop_nan(asdict(each)), "loss": each.loss} for each in fit.walls]
+    answer = {"sensor": sensor.name, **asdict(fit), "walls": results}
+    return session.finish("The range sensor", answer, partial(_write_fit, fit, sensor, notes))
+
+
+def _decide_driving(session: RobotSession, distances: tuple[float, ...], start: float | None) -> bool:
+    """Return whether the robot drives to the wall. Raises UsageError for options that do not fit together."""
+    has_drive = session.description.drive is not None
     if distances and start is not None:
         raise UsageError("give --distances or --drive, not both", kind="two-sources")
-    if plot:
-        from robotcore.view.page import require_writable
-
-        require_writable(plot)
-    changes = RobotChanges(robot, is_writing=is_writing)
-    if distances and setup.is_simulated and setup.description.drive:
+    if distances and session.is_simulated and has_drive:
         text = "a simulated robot drives to the wall itself, by its true distance. Leave --distances out"
         raise UsageError(text, kind="distances-in-simulator")
-    is_driving = start is not None or (setup.is_simulated and setup.description.drive is not None)
-    if is_driving and setup.description.drive is None:
-        raise UsageError(f"{setup.description.source} has no drive. Leave --drive out", kind="no-drive")
+    if start is not None and not has_drive:
+        raise UsageError(f"{session.description.source} has no drive. Leave --drive out", kind="no-drive")
+    is_driving = start is not None or (session.is_simulated and has_drive)
     if not (is_driving or distances or has_terminal()):
         text = "there is no terminal to ask for the distances. Give them: --distances 0.2,0.5,1.0,1.5"
         raise UsageError(text, kind="no-distances")
-    with redirect_prints(as_json=as_json):
-        stops = _measure(setup, sensor, distances, start, seconds, is_driving=is_driving, is_confirmed=is_confirmed)
-    fit = fit_range(stops, sensor)
-    notes = _apply(changes, sensor, fit)
-    changes.finish(setup.backend)
-    if plot:
-        from robotcore.calibration.plot import save_plots
-
-        save_plots([draw_errors(fit, sensor.name)], plot)
-    if as_json:
-        results = [{**_drop_nan(asdict(each)), "loss": each.loss} for each in fit.stops]
-        measured = {**asdict(fit), "stops": results}
-        answer = {"robot": setup.description.name, "sensor": sensor.name, **measured, "values": changes.values}
-        write_json({**answer, "diff": changes.diff, "is_written": changes.is_written, "exit_status": 0})
-    else:
-        _write_fit(fit, sensor, notes)
-        changes.show()
-    return 0
+    return is_driving
 
 
 def _measure(
-    setup: CalibratedSetup,
+    session: RobotSession,
     sensor: RangeSensorDescription,
+    walls: list[WallSamples],
     distances: tuple[float, ...],
     start: float | None,
     seconds: float,
     *,
     is_driving: bool,
-    is_confirmed: bool,
-) -> list[Stop]:
+) -> None:
+    """Open the robot, and add the samples at each distance to ``walls``."""
+    from robotcore.calibration.range_sensor import collect_samples
     from robotcore.hal.robot import Role
 
     wants = frozenset({Role.DRIVE}) if is_driving else frozenset()
-    with open_live_robot(**setup.arguments, rate_hz=RATE_HZ, needs={sensor.name}, wants=wants) as live:
-        if is_driving:
-            if not setup.is_simulated:
-                instruction = (
-                    f"Put the robot square before a wall, its sensor {start:g} m from it: it drives to the wall"
-                )
-                require_ready(instruction, live.require_running, is_confirmed=is_confirmed)
-            return [*_drive_to_wall(live, sensor, start, seconds)]
-        return [*_ask_distances(live, sensor, distances, seconds, is_confirmed=is_confirmed)]
+    with session.open(rate_hz=RATE_HZ, needs={sensor.name}, wants=wants) as live:
+        if is_driving and not session.is_simulated:
+            session.prepare(
+                f"Put the robot square before a wall, its sensor {start:g} m from it. It drives to the wall"
+            )
+        places = _drive_to_wall(live, sensor, start) if is_driving else _ask_distances(session.person, distances)
+        device: Any = live[sensor.name]
+        for distance in places:
+            write_line(f"measuring at {distance:.3f} m", is_error=True)
+            samples = live.run(collect_samples(live, device, distance, seconds))
+            walls.append(samples)
+            if not is_driving:
+                reading = samples.readings[-1].distance
+                write_line(f"  {len(samples.readings)} samples, the last one {reading:.3f} m", is_error=True)
 
 
-def _drive_to_wall(
-    live: LiveRobot, sensor: RangeSensorDescription, start: float | None, seconds: float
-) -> Iterator[Stop]:
-    """Yield the samples at each distance while the robot drives towards the wall.
+def _drive_to_wall(live: LiveRobot, sensor: RangeSensorDescription, start: float | None) -> Iterator[float]:
+    """Yield each distance from the wall in metres, while the robot drives towards the wall.
 
     start: the distance of the sensor from the wall at first, in metres; None for the true distance of a simulator.
     """
-    from robotcore.calibration.range_sensor import approach, listen, measure_true_distance
+    from robotcore.calibration.range_sensor import approach, measure_true_distance
 
     state = live.ground_truth.state if live.ground_truth else None
-    device: Any = live[sensor.name]
     begin = live.drive.pose
 
     def measure() -> float:
@@ -186,41 +161,29 @@ def _drive_to_wall(
 
     whole = min(measure(), 1.1 * sensor.max_range_m)
     nearest = max(NEAR_M, sensor.min_range_m + 0.02)
-    step = max((whole - nearest) / (STOPS - 1), 0.02)
-    for number in range(STOPS):
+    step = max((whole - nearest) / (DISTANCES - 1), 0.02)
+    for number in range(DISTANCES):
         distance = measure()
-        write_line(f"measuring at {distance:.3f} m", is_error=True)
-        yield live.run(listen(live, device, distance, seconds))
-        if number == STOPS - 1 or distance - step < nearest - 0.01 or not live.run(approach(live, step)):
+        yield distance
+        if number == DISTANCES - 1 or distance - step < nearest - 0.01 or not live.run(approach(live, step)):
             break
 
 
-def _ask_distances(
-    live: LiveRobot, sensor: RangeSensorDescription, distances: tuple[float, ...], seconds: float, *, is_confirmed: bool
-) -> Iterator[Stop]:
-    from robotcore.calibration.range_sensor import listen
-
-    device: Any = live[sensor.name]
-    listen_at = partial(listen, live, device, seconds=seconds)
+def _ask_distances(person: TerminalPerson, distances: tuple[float, ...]) -> Iterator[float]:
+    """Yield each distance from the wall in metres, after the person has put the robot there."""
     for distance in distances:
-        require_ready(f"Put the sensor {distance:g} m before the wall", live.require_running, is_confirmed=is_confirmed)
-        yield live.run(listen_at(distance))
-    while not distances:
-        prompt = "Distance from the sensor to the wall in metres (Enter = end):"
-        typed = read_number(prompt, _find_problem, live.require_running)
-        if typed is None:
-            return
-        stop = live.run(listen_at(typed))
-        yield stop
-        reading = stop.readings[-1].distance
-        write_line(f"  {len(stop.readings)} samples, the last one {reading:.3f} m", is_error=True)
+        person.prepare(f"Put the sensor {distance:g} m before the wall")
+        yield distance
+    prompt = "Distance from the sensor to the wall in metres (Enter = end):"
+    while not distances and (typed := person.read_number(prompt, _find_problem)) is not None:
+        yield typed
 
 
 def _find_problem(distance: float) -> str:
     return "" if 0 < distance < 20 else f"{distance:g} m is no distance"
 
 
-def _apply(changes: RobotChanges, sensor: RangeSensorDescription, fit: RangeFit) -> list[str]:
+def _apply(session: RobotSession, sensor: RangeSensorDescription, fit: RangeFit) -> list[str]:
     """Add the changes of the file, and return sentences about them."""
     from robotcore.calibration.range_sensor import build_description_values
 
@@ -232,7 +195,7 @@ def _apply(changes: RobotChanges, sensor: RangeSensorDescription, fit: RangeFit)
             f"The sensor saw the wall at {fit.max_range_m:.2f} m, but not farther away. max_range_m is "
             f"{sensor.max_range_m:g} m: measure between them, and lower it."
         )
-    changes.set_device(sensor.name, values)
+    session.changes.set_device(sensor.name, **values)
     return notes
 
 
@@ -250,7 +213,7 @@ def _write_fit(fit: RangeFit, sensor: RangeSensorDescription, notes: list[str]) 
             f"{each.noise_m:.4f}" if each.is_in_range else "-",
             f"{each.loss:.1%}",
         )
-        for each in fit.stops
+        for each in fit.walls
     ]
     write_table(("distance, m", "measured, m", "error, m", "noise, m", "lost"), rows)
     write_line()

@@ -60,10 +60,10 @@ def _try_robot(backend: Backend, robot: RobotDescription) -> Finding:
             return _drive(backend.name, opened)
     except DescriptionError as error:
         others = f", and {len(error.others)} more" if error.others else ""
-        said = f"cannot open {error.file}: {error.key}: {error.problem}{others}"
+        text = f"cannot open {error.file}: {error.key}: {error.problem}{others}"
         # `robotcore check` does not miss a section, because it checks only those in the file
         remedy = error.remedy if error.kind == "no-section" else f"robotcore check {robot.file or robot.name}"
-        return Finding.error(backend.name, said, remedy, kind=error.kind)
+        return Finding.error(backend.name, text, remedy, kind=error.kind)
     except RobotcoreError as error:
         text = "; ".join(map(str, error.failures)) if isinstance(error, DeviceGroupError) else str(error)
         problem, remedy = split_remedy(text)
@@ -103,11 +103,11 @@ def _drive(name: str, robot: Robot) -> Finding:
     if robot.has(Role.CAMERA):
         height, width = robot.camera.read().image.shape[:2]
         done.append(f"renders {width} x {height} pixels")
-    said = f"{', '.join(done)}, closes"
+    text = f"{', '.join(done)}, closes"
     if robot.notes:
         problem, remedy = split_remedy(" ".join(robot.notes))
-        return Finding.warning(name, f"{said}; {problem}", remedy, kind="works-with-notes")
-    return Finding.ok(name, said, kind="works")
+        return Finding.warning(name, f"{text}; {problem}", remedy, kind="works-with-notes")
+    return Finding.ok(name, text, kind="works")
 
 
 def _check_display(name: str) -> Finding:

@@ -9,11 +9,17 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from robotcore.hal.device_tester import MIRRORED, RED_AND_BLUE_SWAPPED, ROTATED, UPSIDE_DOWN, DeviceTester
+from robotcore.hal.device_test import (
+    FLIPPED_HORIZONTALLY,
+    FLIPPED_VERTICALLY,
+    RED_AND_BLUE_SWAPPED,
+    ROTATED_180,
+    DeviceTest,
+)
 from robotcore.hal.simulation_state import SimulationState
 from robotcore.optics import CameraView, Image
 
-EMPTY_LEVELS = 2.0
+MIN_CONTRAST_LEVELS = 2.0
 """A picture whose grey levels have a smaller standard deviation shows nothing."""
 
 NEW_PICTURE_S = 2.0
@@ -32,35 +38,35 @@ Mask = NDArray[np.bool_]
 Place = tuple[float, float]
 
 
-def test_cameras(tester: DeviceTester, cameras: Sequence[Any]) -> None:
+def test_cameras(test: DeviceTest, cameras: Sequence[Any]) -> None:
     """Take pictures of each camera, and compare the place and the colour of a red object."""
     for camera in cameras:
-        if _deliver_pictures(tester, camera.name):
-            found = _find_true_ball(tester, camera.name) if tester.state else _find_held_object(tester, camera.name)
+        if _deliver_pictures(test, camera.name):
+            found = _find_true_ball(test, camera.name) if test.state else _find_held_object(test, camera.name)
             if found:
-                _judge(tester, camera.name, *found)
+                _report(test, camera.name, *found)
 
 
-def _deliver_pictures(tester: DeviceTester, name: str) -> bool:
-    device: Any = tester.robot[name]
+def _deliver_pictures(test: DeviceTest, name: str) -> bool:
+    device: Any = test.robot[name]
     first = device.read()
-    if not tester.wait_until(lambda: device.read().sequence != first.sequence, NEW_PICTURE_S):
+    if not test.wait_until(lambda: device.read().sequence != first.sequence, NEW_PICTURE_S):
         text = f"delivers no new picture within {NEW_PICTURE_S:g} s"
-        tester.fail(name, text, "Check its cable, and unplug it for a moment", "camera-frozen")
+        test.fail(name, text, "Check its cable, and unplug it for a moment", "camera-frozen")
         return False
     image = device.read().image
-    if float(image.std()) < EMPTY_LEVELS:
+    if float(image.std()) < MIN_CONTRAST_LEVELS:
         text = f"shows nothing but the grey level {image.mean():.0f} of 255"
-        tester.fail(name, text, "Remove its cover, and give it light", "camera-dark")
+        test.fail(name, text, "Remove its cover, and give it light", "camera-dark")
         return False
     return True
 
 
-def _find_true_ball(tester: DeviceTester, name: str) -> tuple[bool, bool, bool] | None:
+def _find_true_ball(test: DeviceTest, name: str) -> tuple[bool, bool, bool] | None:
     """Return whether columns, rows and colours are swapped, from a red ball that the simulated camera sees."""
-    state = tester.state
+    state = test.state
     assert state
-    image = _read_image(tester, name)
+    image = _read_image(test, name)
     found = [
         (is_mirrored, is_upside_down, is_swapped)
         for is_mirrored, is_upside_down, is_swapped in product((False, True), repeat=3)
@@ -68,8 +74,9 @@ def _find_true_ball(tester: DeviceTester, name: str) -> tuple[bool, bool, bool] 
         if _is_coloured(image, _transform(place, image, is_mirrored, is_upside_down), is_swapped)
     ]
     if len(found) != 1:
-        reason = "the simulated camera sees no red ball" if not found else "the red ball is near the middle"
-        tester.skip(name, f"{reason}, which shows the order of the colours and columns. Use --world bench")
+        reason = "sees no red ball" if not found else "has the red ball too near the middle of its picture"
+        text = f"the simulated camera {reason}, so the order of rows, columns and colours is unknown"
+        test.skip(name, f"{text}. Use --world bench")
         return None
     return found[0]
 
@@ -99,31 +106,31 @@ def _is_coloured(image: Image, place: Place, is_swapped: bool) -> bool:  # noqa:
     return bool(patch.size and _find_colour(patch, is_swapped).mean() > 0.5)
 
 
-def _find_held_object(tester: DeviceTester, name: str) -> tuple[bool, bool, bool] | None:
+def _find_held_object(test: DeviceTest, name: str) -> tuple[bool, bool, bool] | None:
     """Return whether columns, rows and colours are swapped, from a red object that the person holds."""
     text = f"Keep everything red and blue out of the view of {name}"
-    if not tester.instruct(name, "clear", text):
-        tester.skip(name, "no person holds a red object before it, so the order of its colours is unknown")
+    if not test.instruct(name, "clear", text):
+        test.skip(name, "no person holds a red object before it, so the order of its colours is unknown")
         return None
-    before = [_find_colour(_read_image(tester, name), is_swapped) for is_swapped in (False, True)]
+    before = [_find_colour(_read_image(test, name), is_swapped) for is_swapped in (False, True)]
     text = f"Hold something red before {name}: on the robot's left, and higher than the middle of its view"
-    if not tester.instruct(name, "red", text):
-        tester.skip(name, "no person holds a red object before it, so the order of its colours is unknown")
+    if not test.instruct(name, "red", text):
+        test.skip(name, "no person holds a red object before it, so the order of its colours is unknown")
         return None
-    image = _read_image(tester, name)
+    image = _read_image(test, name)
     new = [_find_colour(image, is_swapped) & ~before[is_swapped] for is_swapped in (False, True)]
     is_swapped = bool(new[1].sum() > new[0].sum())
     mask = new[is_swapped]
     if mask.mean() < MIN_SHARE:
         text = "shows nothing red where a red object should be"
-        tester.warn(name, text, "Repeat the test with a larger object and more light", "camera-unclear")
+        test.warn(name, text, "Repeat the test with a larger object and more light", "camera-unclear")
         return None
     rows, columns = np.nonzero(mask)
     return bool(columns.mean() > image.shape[1] / 2), bool(rows.mean() > image.shape[0] / 2), is_swapped
 
 
-def _read_image(tester: DeviceTester, name: str) -> Image:
-    device: Any = tester.robot[name]
+def _read_image(test: DeviceTest, name: str) -> Image:
+    device: Any = test.robot[name]
     image: Image = device.read().image
     return image
 
@@ -135,17 +142,17 @@ def _find_colour(image: Image, is_swapped: bool) -> Mask:  # noqa: FBT001
     return np.asarray(main > np.maximum(parts[..., 1], other) + MIN_LEAD)
 
 
-def _judge(tester: DeviceTester, name: str, is_mirrored: bool, is_upside_down: bool, is_swapped: bool) -> None:  # noqa: FBT001
+def _report(test: DeviceTest, name: str, is_mirrored: bool, is_upside_down: bool, is_swapped: bool) -> None:  # noqa: FBT001
     remedy = "Turn the camera, or correct its driver's settings"
     if is_mirrored and is_upside_down:
-        tester.correct(name, "its pictures are upside down", ROTATED, remedy=remedy, kind="camera-rotated")
+        test.correct(name, "its pictures are upside down", ROTATED_180, remedy=remedy, kind="camera-rotated")
     elif is_mirrored:
-        tester.correct(name, "its pictures are mirrored", MIRRORED, remedy=remedy, kind="camera-mirrored")
+        test.correct(name, "its pictures are mirrored", FLIPPED_HORIZONTALLY, remedy=remedy, kind="camera-mirrored")
     elif is_upside_down:
         text = "its pictures are upside down and mirrored"
-        tester.correct(name, text, UPSIDE_DOWN, remedy=remedy, kind="camera-upside-down")
+        test.correct(name, text, FLIPPED_VERTICALLY, remedy=remedy, kind="camera-upside-down")
     if is_swapped:
         text, remedy = "red is blue in its pictures", "Correct the format of the pictures in its driver"
-        tester.correct(name, text, RED_AND_BLUE_SWAPPED, remedy=remedy, kind="camera-colours")
+        test.correct(name, text, RED_AND_BLUE_SWAPPED, remedy=remedy, kind="camera-colours")
     if not (is_mirrored or is_upside_down or is_swapped):
-        tester.confirm(name, "its pictures have the right colours, and left is left")
+        test.confirm(name, "its pictures have the right colours, and left is left")

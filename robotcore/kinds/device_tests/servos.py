@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from robotcore.hal.device_tester import AT_OTHER_ANGLES, REVERSED, YES_OR_NO, DeviceTester, Question
+from robotcore.hal.device_test import AT_OTHER_ANGLES, REVERSED, YES_OR_NO, DeviceTest, Question
 from robotcore.hal.simulation_state import SimulationState
 
 SHARES = (0.5, 0.25, 0.75)
@@ -39,27 +39,27 @@ STILL_RAD = 0.03
 """A servo whose angle differs by less between two commands does not turn, in radians."""
 
 
-def test_servos(tester: DeviceTester, servos: Sequence[Any]) -> None:
+def test_servos(test: DeviceTest, servos: Sequence[Any]) -> None:
     """Turn each servo slowly, ask for its angles, and compare them with the commands."""
     for servo in servos:
-        _test(tester, servo)
+        _test(test, servo)
 
 
-def _test(tester: DeviceTester, servo: Any) -> None:
-    device: Any = tester.robot[servo.name]
+def _test(test: DeviceTest, servo: Any) -> None:
+    device: Any = test.robot[servo.name]
     start, span = device.angle, servo.max_angle_rad - servo.min_angle_rad
-    points = _measure(tester, device, servo, SHARES)
-    if points and not _is_straight(points, TRUE_BEND_RAD if tester.state else MAX_BEND_RAD):
-        points = _measure(tester, device, servo, INNER_SHARES)  # a stop of the servo bends the line
+    points = _measure(test, device, servo, SHARES)
+    if points and not _is_straight(points, TRUE_BEND_RAD if test.state else MAX_BEND_RAD):
+        points = _measure(test, device, servo, INNER_SHARES)  # a stop of the servo bends the line
     if not points:
-        tester.skip(servo.name, "no person has measured its angles")
-        _turn(tester, device, start)
+        test.skip(servo.name, "no person has measured its angles")
+        _turn(test, device, start)
         return
     commands, angles = (np.array(column) for column in zip(*points, strict=True))
     if float(np.ptp(angles)) < STILL_RAD:
         text = "does not turn"
-        tester.fail(servo.name, text, "Check its supply, its wires and its pin", "servo-dead")
-        _turn(tester, device, start)
+        test.fail(servo.name, text, "Check its supply, its wires and its pin", "servo-dead")
+        _turn(test, device, start)
         return
     slope, offset = (float(each) for each in np.polyfit(commands, angles, 1))
     needed = [
@@ -68,24 +68,24 @@ def _test(tester: DeviceTester, servo: Any) -> None:
     errors = np.abs(angles - commands)
     if slope < 0 and float(np.abs(angles + commands - servo.min_angle_rad - servo.max_angle_rad).max()) < MAX_ERROR_RAD:
         remedy = "Swap min_pulse_s and max_pulse_s"
-        tester.correct(servo.name, "turns the wrong way", REVERSED, remedy=remedy, kind="servo-reversed")
+        test.correct(servo.name, "turns the wrong way", REVERSED, remedy=remedy, kind="servo-reversed")
     elif float(errors.max()) > MAX_ERROR_RAD:
         listed = ", ".join(f"{math.degrees(b):.0f}° for {math.degrees(a):.0f}°" for a, b in points)
         remedy = "Correct min_pulse_s and max_pulse_s"
         text = f"turns to other angles: {listed}"
-        tester.correct(servo.name, text, AT_OTHER_ANGLES, needed, remedy=remedy, kind="servo-angles")
-    elif not _test_ends(tester, device, servo):
-        tester.confirm(servo.name, "turns to its angles, and positive to the left")
-    _turn(tester, device, start)
+        test.correct(servo.name, text, AT_OTHER_ANGLES, needed, remedy=remedy, kind="servo-angles")
+    elif not _test_ends(test, device, servo):
+        test.confirm(servo.name, "turns to its angles, and positive to the left")
+    _turn(test, device, start)
 
 
-def _measure(tester: DeviceTester, device: Any, servo: Any, shares: Sequence[float]) -> list[tuple[float, float]]:
+def _measure(test: DeviceTest, device: Any, servo: Any, shares: Sequence[float]) -> list[tuple[float, float]]:
     """Return commands and the angles that the servo shows, in radians; none if a person does not answer."""
     points = []
     for share in shares:
         command = servo.min_angle_rad + share * (servo.max_angle_rad - servo.min_angle_rad)
-        _turn(tester, device, command)
-        if (angle := _ask_angle(tester, servo.name, command)) is None:
+        _turn(test, device, command)
+        if (angle := _ask_angle(test, servo.name, command)) is None:
             return []
         points.append((command, angle))
     return points
@@ -97,39 +97,47 @@ def _is_straight(points: Sequence[tuple[float, float]], limit: float) -> bool:
     return abs(middle - (low + high) / 2) < limit
 
 
-def _test_ends(tester: DeviceTester, device: Any, servo: Any) -> bool:
+def _test_ends(test: DeviceTest, device: Any, servo: Any) -> bool:
     """Turn a servo, whose angles are right, to its limits. Return whether one of them is beyond what it reaches."""
     reached = []
     for share in ENDS:
         limit = servo.min_angle_rad if share == 0 else servo.max_angle_rad
-        _turn(tester, device, limit)
+        _turn(test, device, limit)
         stops = partial(_stops_before, servo.name, limit)
         question = Question(
             f"end{share:g}", f"{servo.name} is at its limit. Does it hum, or push against a stop?", YES_OR_NO, stops
         )
-        if tester.ask(servo.name, question) == "y":
-            angle = _ask_angle(tester, servo.name, limit)
+        if test.ask(servo.name, question) == "y":
+            angle = _ask_angle(test, servo.name, limit)
             if angle is not None and abs(angle - limit) > STILL_RAD:
                 reached.append(("min_angle_rad" if share == 0 else "max_angle_rad", angle))
     for key, angle in reached:
-        share = (angle - servo.min_angle_rad) / (servo.max_angle_rad - servo.min_angle_rad)
-        needed = [share, 1.0] if key == "min_angle_rad" else [0.0, share]
-        text = f"stops at {math.degrees(angle):.0f}°, before its {key}"
-        remedy = f"Set {key} to {angle:.3f}, and narrow the pulses"
-        tester.describe(servo.name, text, remedy=remedy, kind="servo-limit", **{key: round(angle, 3)})
-        tester.correct(
-            servo.name,
-            "its pulses turn it beyond its limit",
-            AT_OTHER_ANGLES,
-            needed,
-            remedy=remedy,
-            kind="servo-angles",
-        )
-        servo = servo.model_copy(update={key: round(angle, 3)})
+        servo = _correct_limit(test, servo, key, angle)
     return bool(reached)
 
 
-def _turn(tester: DeviceTester, device: Any, target: float) -> None:
+def _correct_limit(test: DeviceTest, servo: Any, key: str, angle: float) -> Any:
+    """Report a limit that a servo does not reach, and return the servo's description with the corrected one.
+
+    The pulses belong to the limits. So the limit stays as it is if no setting of the driver corrects the pulses.
+
+    angle: the angle at which the servo stops, in radians.
+    """
+    share = (angle - servo.min_angle_rad) / (servo.max_angle_rad - servo.min_angle_rad)
+    needed = [share, 1.0] if key == "min_angle_rad" else [0.0, share]
+    limit = round(angle, 3)
+    remedy = f"Set {key} to {limit:g}, and narrow the pulses"
+    text = "its pulses turn it beyond its limit"
+    is_corrected = test.correct(servo.name, text, AT_OTHER_ANGLES, needed, remedy=remedy, kind="servo-angles")
+    text = f"stops at {math.degrees(angle):.0f}°, before its {key}"
+    if not is_corrected:
+        test.fail(servo.name, text, remedy, "servo-limit")
+        return servo
+    test.correct_description(servo.name, text, remedy=remedy, kind="servo-limit", **{key: limit})
+    return servo.model_copy(update={key: limit})
+
+
+def _turn(test: DeviceTest, device: Any, target: float) -> None:
     """Move the command slowly to an angle."""
     step = STEP_RAD_S / 20
 
@@ -138,11 +146,11 @@ def _turn(tester: DeviceTester, device: Any, target: float) -> None:
         device.set_angle(target if abs(away) <= step else device.angle + math.copysign(step, away))
         return bool(device.angle == target) or abs(away) < 1e-9
 
-    tester.wait_until(approach, 2 * abs(target - device.angle) / STEP_RAD_S + 1.0)
-    tester.wait(SETTLE_S)
+    test.wait_until(approach, 2 * abs(target - device.angle) / STEP_RAD_S + 1.0)
+    test.wait(SETTLE_S)
 
 
-def _ask_angle(tester: DeviceTester, name: str, command: float) -> float | None:
+def _ask_angle(test: DeviceTest, name: str, command: float) -> float | None:
     """Return the angle that the servo shows, in radians; None if it is unknown."""
 
     def answer(state: SimulationState) -> float:
@@ -150,7 +158,7 @@ def _ask_angle(tester: DeviceTester, name: str, command: float) -> float | None:
 
     text = f"What angle does {name} show, in degrees from straight ahead, positive to the left? "
     text += f"It should be {math.degrees(command):.0f}"
-    shown = tester.ask(name, Question(f"angle{math.degrees(command):.0f}", text, answer=answer))
+    shown = test.ask(name, Question(f"angle{math.degrees(command):.0f}", text, answer=answer))
     return None if shown is None else math.radians(float(shown))
 
 

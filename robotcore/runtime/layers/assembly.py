@@ -136,7 +136,7 @@ def assemble(
     _set_properties(devices, description, joints)
     reach = {name: motor.max_velocity for name, motor in raw.motors.items()}
     for described in description.all_of(MotorDescription):
-        reach[described.name] = min(described.reach_rad_s, reach.get(described.name, math.inf))
+        reach[described.name] = min(described.max_wheel_velocity_rad_s, reach.get(described.name, math.inf))
     motor_stops = StopGroup.create(*motors.values(), reserve=reserve)
     latch.add_stop(motor_stops.apply_apart)
     drive, guarded = description.drive, None

@@ -80,25 +80,25 @@ class RenderWorker:
         self._submitted += 1
         return self._submitted - 1
 
-    def take(self, number: int, lens: Intrinsics, patience_s: float) -> Image | None:
+    def take(self, number: int, lens: Intrinsics, timeout_s: float) -> Image | None:
         """Return a picture, (height, width, 3), BGR. Wait until it is rendered.
 
         Return None if the process has ended or needs too long, or if the picture's memory has another picture.
 
         number: the number from `submit`.
         lens: the intrinsics of its view.
-        patience_s: the longest wait in seconds, which is rounded up to milliseconds.
+        timeout_s: the longest wait in seconds, which is rounded up to milliseconds.
         """
         is_kept = self._submitted - number <= self._slots
-        if not (is_kept and self._receive(number, patience_s) and self._process):
+        if not (is_kept and self._receive(number, timeout_s) and self._process):
             return None
         return self._process.copy_picture(number % self._slots, lens)
 
-    def _receive(self, number: int, patience_s: float) -> bool:
+    def _receive(self, number: int, timeout_s: float) -> bool:
         """Wait until a picture is rendered. Return False if the process has ended or needs too long."""
         try:
             while self._process and self._finished <= number:
-                if not self._process.receive(patience_s):
+                if not self._process.receive(timeout_s):
                     return False
                 self._finished += 1
         except OSError:
@@ -163,7 +163,7 @@ class _Process:
         """Send a message without waiting. Raises OSError if the process has ended or reads no messages."""
         self._link.send(message, socket.MSG_DONTWAIT)
 
-    def receive(self, patience_s: float) -> bool:
+    def receive(self, timeout_s: float) -> bool:
         """Wait until the process has written its next picture. Return False if that takes too long.
 
         Raises OSError if the process has ended.
@@ -171,7 +171,7 @@ class _Process:
         try:
             message = self._link.recv(1, socket.MSG_DONTWAIT)
         except BlockingIOError:
-            if not self._waiting.poll(math.ceil(1000 * patience_s)):
+            if not self._waiting.poll(math.ceil(1000 * timeout_s)):
                 return False
             message = self._link.recv(1, socket.MSG_DONTWAIT)
         if not message:

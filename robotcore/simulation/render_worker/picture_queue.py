@@ -57,7 +57,7 @@ class PictureQueue:
         self._times: deque[float] = deque(maxlen=RECENT_PICTURES)
         self._credit_s = self._own_s = 0.0
 
-    def begin(self, view: CameraView) -> Render:
+    def request(self, view: CameraView) -> Render:
         """Let the worker render the picture of a view, and return the function that returns the picture."""
         is_wanted = not self._remaining_pause and self._unread < self._pictures
         number = self._worker.submit(view) if is_wanted else None

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable
 from xml.etree.ElementTree import Element, tostring
 
-from robotcore.view.line_chart import Axis
+from robotcore.view.chart import Axis
 
 Attribute = str | float
 Point = tuple[float, float]

@@ -92,6 +92,7 @@ def test_server_that_hangs_in_a_run_ends_it_and_the_next_run_restores_the_scene(
     assert drive(double.zmq_port, duration_s=0.3).outcome is Outcome.SUCCESS
 
 
+@pytest.mark.slow
 def test_wheels_stop_once_a_server_that_hung_answers() -> None:
     simulator = bubblerob_with_described_range()
     with Double(simulator) as double:
@@ -139,6 +140,7 @@ def drive_until_it_hangs(double: Double, **request: Any) -> RunResult:
     return result
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     "halt, kind",
     [(Simulator.stop, "simulation-stopped"), (Simulator.pause, "simulation-paused")],

@@ -92,6 +92,7 @@ def test_option_keep_is_refused_for_a_joined_scene(raises: Raises) -> None:
         CoppeliaSimBackend().open(setup)
 
 
+@pytest.mark.slow
 def test_kept_scene_that_was_loaded_with_new_handles_is_removed(simulator: Simulator, port: int) -> None:
     before = take_snapshot(simulator)
     open_robot(port, keep=True).close()
@@ -166,6 +167,7 @@ def test_built_objects_are_removed_after_ctrl_c_in_a_call(
     assert take_snapshot(simulator) == before
 
 
+@pytest.mark.slow
 def test_next_program_removes_an_unmarked_object_of_a_killed_one(simulator: Simulator, port: int) -> None:
     before = take_snapshot(simulator)
     interrupt_building(port, "Sphere")
@@ -216,6 +218,7 @@ def test_simulator_that_cannot_measure_distances_is_refused(
     assert take_snapshot(simulator) == before
 
 
+@pytest.mark.slow
 def test_bullet_is_selected_during_a_run(port: int) -> None:
     mujoco = 4
     connection = SimulatorConnection.open(Address(port=port), 5.0)

@@ -38,6 +38,7 @@ def test_a_wall_stops_the_robot_within_a_step_of_it() -> None:
     assert 2.0 - 0.3 / 240 < front <= 2.0
 
 
+@pytest.mark.slow
 def test_contact_after_a_retreat_counts_again() -> None:
     with open_robot(room(box(0.5, 0.0, 0.2, 0.2))) as robot:
         for _ in range(3):

@@ -98,6 +98,7 @@ def test_sensor_measures_in_the_direction_of_its_mount(yaw: float) -> None:
     assert echo.point == pytest.approx((0.6, 0.0, 0.0))
 
 
+@pytest.mark.slow
 def test_distance_equals_a_numerical_search_along_the_rays() -> None:
     world = room(ball(0.9, 0.1), post(1.2, -0.3, 0.15), box(1.0, 0.5, 0.3, 0.1, yaw=0.5))
     origin, steps = np.array((0.1 - 0.05, 0.0)), np.linspace(0.0, 2.0, 20001)

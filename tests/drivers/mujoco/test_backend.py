@@ -39,6 +39,7 @@ def closed(monkeypatch: pytest.MonkeyPatch) -> list[Simulation]:
     return seen
 
 
+@pytest.mark.slow
 def test_closing_the_robot_twice_closes_its_simulation_once(closed: list[Simulation]) -> None:
     robot = MujocoBackend().open(setup(world()))
     robot.camera.read()
@@ -62,6 +63,7 @@ def test_a_simulation_is_closed_if_a_device_fails_to_open(
     assert closed
 
 
+@pytest.mark.slow
 def test_every_encoder_without_a_wheel_is_named(closed: list[Simulation], raises: Raises) -> None:
     spare = [device.model_copy(update={"name": f"spare_{device.name}"}) for device in ROVER.devices[2:4]]
     robot = ROVER.model_copy(update={"devices": (*ROVER.devices, *spare)})

@@ -101,6 +101,7 @@ def test_textures_are_the_same_picture_to_the_pixel(tmp_path: Path) -> None:
     assert written.mat_texid.tolist() == built.mat_texid.tolist()
 
 
+@pytest.mark.slow
 def test_sheet_with_the_picture_on_the_floor_is_exported(tmp_path: Path) -> None:
     robot, world = load_robot("rover"), load_course(tmp_path)
     model = export_model("mjcf", robot, world, "textures")

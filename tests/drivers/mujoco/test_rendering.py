@@ -17,6 +17,7 @@ from tests.robotcore.simulation.painter.test_painter import LENS, create_random_
 from tests.robotcore.simulation.painter.tracer import roll
 
 
+@pytest.mark.slow
 def test_geoms_outside_of_the_view_are_left_out_and_the_picture_is_the_same(monkeypatch: pytest.MonkeyPatch) -> None:
     random = Random(5)
     world = draw_world(load_world("clutter"), ROVER, 5)

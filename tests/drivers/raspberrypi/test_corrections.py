@@ -15,7 +15,7 @@ from drivers.raspberrypi.mpu6050 import MPU6050
 from drivers.raspberrypi.pwm.motors import HBridgeChannelDriver, PhaseChannelDriver
 from drivers.raspberrypi.servos import PinServoDriver
 from drivers.serial.boards.hoverboard.drivers import HoverboardEncoder
-from robotcore.hal import device_tester as mistakes
+from robotcore.hal import device_test as mistakes
 from robotcore.hardware import DeviceDriver
 from robotcore.hardware.motor_model import MotorModel
 
@@ -48,8 +48,8 @@ CAMERA = UsbCamera(rotate_180=True)
         (LAMP, mistakes.IN_OTHER_ORDER, [2, 0, 1], {"red": 19, "green": 12, "blue": 13}),
         (ROW, mistakes.IN_OTHER_ORDER, [2, 1, 0], {"gpios": [11, 10, 9]}),
         (ROW, mistakes.INVERTED, None, {"active_high": False}),
-        (CAMERA, mistakes.ROTATED, None, {"rotate_180": False}),
-        (CAMERA, mistakes.MIRRORED, None, {"flip_horizontal": True}),
+        (CAMERA, mistakes.ROTATED_180, None, {"rotate_180": False}),
+        (CAMERA, mistakes.FLIPPED_HORIZONTALLY, None, {"flip_horizontal": True}),
         (CAMERA, mistakes.RED_AND_BLUE_SWAPPED, None, {"swap_red_blue": True}),
         (CAMERA, "unknown", None, None),
     ],

@@ -48,6 +48,7 @@ def test_a_silent_program_whose_motor_turns_is_killed(*, is_suspended: bool, lin
     cutoff.close()
 
 
+@pytest.mark.slow
 def test_a_silent_program_whose_motor_stands_is_not_killed(lines: Lines) -> None:
     with hold_lines(lines, FORWARD, BACKWARD) as program:
         cutoff = open_motor_lines(program.pid)

@@ -63,6 +63,7 @@ def test_missing_table_suggests_only_drivers_of_the_backend(robot: RobotDescript
         SerialBackend().check(equipped)
 
 
+@pytest.mark.slow
 def test_the_option_port_replaces_the_robots_only_port(pty: Pty) -> None:
     robot = robot_on("/dev/nowhere", motor("left"), motor("right"))
     with pytest.raises(DeviceError):

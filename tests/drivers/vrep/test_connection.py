@@ -211,6 +211,7 @@ def await_error(read: Callable[[], object]) -> RemoteApiError:
     return errors[0]
 
 
+@pytest.mark.slow
 def test_streamed_time_and_values_advance_by_themselves(streaming: StreamedScene, connection: Connection) -> None:
     joint = requests.joint_position(LEFT)
     connection.post(requests.joint_target_velocity(LEFT, 2.0))
@@ -243,6 +244,7 @@ def test_each_call_fails_after_the_connection_is_lost(streaming: StreamedScene, 
         streaming.find("/rover")
 
 
+@pytest.mark.slow
 def test_restart_of_the_simulation_is_an_error_in_each_read(streaming: StreamedScene, simulator: Simulator) -> None:
     wait_for(lambda: streaming.read_time() > 0.3)
     with simulator.lock:
@@ -263,6 +265,7 @@ def test_server_of_a_scene_ends_with_its_simulation(server: LegacyServer, simula
         assert isinstance(await_error(scene.read_time), (ServerLostError, SimulationHaltedError))
 
 
+@pytest.mark.slow
 def test_simulator_that_does_nothing_times_out(
     server: LegacyServer, monkeypatch: pytest.MonkeyPatch, raises: Raises
 ) -> None:

@@ -38,6 +38,7 @@ def test_wheels_are_stopped(cutoff: StopJoints, wheels: list[Joint]) -> None:
     assert [wheel.target_velocity for wheel in wheels] == [0.0, 0.0]
 
 
+@pytest.mark.slow
 def test_report_if_the_simulator_does_nothing(
     cutoff: StopJoints, wheels: list[Joint], monkeypatch: pytest.MonkeyPatch, check_text: CheckText
 ) -> None:

@@ -84,6 +84,7 @@ def test_server_that_fails_in_a_run_ends_it_and_the_next_run_works(
     assert again.outcome is Outcome.SUCCESS, again.reason
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     "halt, kind",
     [(Simulator.stop, "simulation-stopped"), (Simulator.pause, "simulation-paused")],

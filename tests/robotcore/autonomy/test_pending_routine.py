@@ -228,6 +228,7 @@ def run_all(robot: Robot) -> Routine[None]:
     turn(robot, 1.0).close()
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("routine", [end_early, time_out, time_out_in_a_loop, fail, refuse, run_all])
 def test_other_ends_cause_no_warning(
     routine: Callable[[Robot], Routine[None]], robot: Robot, warned: list[warnings.WarningMessage]

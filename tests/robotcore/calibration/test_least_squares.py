@@ -3,7 +3,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from robotcore.calibration.least_squares import Estimate, fit_linear, fit_nonlinear
+from robotcore.calibration.least_squares import Estimate, fit_linear, fit_nonlinear, round_measured
 
 X = np.linspace(0.0, 1.0, 400)
 
@@ -49,3 +49,19 @@ def test_a_value_is_rounded_to_its_meaningful_digits() -> None:
     assert (Estimate(0.0500049, 1e-6).rounded, Estimate(0.16004, 1e-9).rounded) == (0.05, 0.16)
     assert Estimate(12.3456, 0.2).rounded == 12.35
     assert Estimate(2.0, 0.1).scale(-2) == (-4.0, 0.2)
+
+
+@pytest.mark.parametrize(
+    "value, uncertainty, rounded",
+    [
+        (13.28517, 0.0317, 13.285),
+        (0.032512, 0.00021, 0.03251),
+        (-1234.5, 210.0, -1230.0),
+        (0.15, 0.0, 0.15),
+        (0.0, 1.0, 0.0),
+    ],
+)
+def test_a_measured_value_has_the_digits_that_its_uncertainty_allows(
+    value: float, uncertainty: float, rounded: float
+) -> None:
+    assert round_measured(value, uncertainty) == rounded

@@ -5,12 +5,10 @@ from __future__ import annotations
 import math
 import random
 from collections.abc import Sequence
-from pathlib import Path
 
 import pytest
 
-from robotcore.calibration.plot import save_plots
-from robotcore.calibration.range_sensor import RangeFit, Stop, draw_errors, fit_range
+from robotcore.calibration.range_sensor import RangeFit, WallSamples, build_error_chart, fit_range
 from robotcore.description import load_robot
 from robotcore.errors import CalibrationError
 from robotcore.kinds.range_sensor import Range, RangeSensorDescription
@@ -20,12 +18,12 @@ NOSE = load_robot("rover").all_of(RangeSensorDescription)[0]
 DISTANCES = (0.2, 0.4, 0.8, 1.2, 1.6)
 
 
-def listen(
+def collect_samples(
     distance: float, *, offset: float = 0.0, scale: float = 0.0, loss: float = 0.0, is_silent: bool = True
-) -> Stop:
+) -> WallSamples:
     """Return the samples of a module. A lost echo is no sample if ``is_silent``, and else one of infinity."""
     draw = random.Random(f"{distance}:{offset}:{loss}")
-    stop, time, sequence = Stop(distance), 0.0, 0
+    stop, time, sequence = WallSamples(distance), 0.0, 0
     for _ in range(200):
         time += 0.06 + draw.gauss(0, 0.0005)
         is_lost = draw.random() < loss
@@ -37,13 +35,13 @@ def listen(
     return stop
 
 
-def fit(stops: Sequence[Stop]) -> RangeFit:
-    return fit_range(stops, NOSE)
+def fit(walls: Sequence[WallSamples]) -> RangeFit:
+    return fit_range(walls, NOSE)
 
 
 @pytest.mark.parametrize("is_silent", [True, False])
 def test_offset_noise_and_lost_echoes_are_measured(*, is_silent: bool) -> None:
-    found = fit([listen(distance, offset=0.012, loss=0.1, is_silent=is_silent) for distance in DISTANCES])
+    found = fit([collect_samples(distance, offset=0.012, loss=0.1, is_silent=is_silent) for distance in DISTANCES])
     assert found.offset_m == pytest.approx(0.012, abs=0.001)
     assert found.noise_m == pytest.approx(0.004, rel=0.1)
     assert found.loss == pytest.approx(0.1, abs=0.025)
@@ -52,27 +50,27 @@ def test_offset_noise_and_lost_echoes_are_measured(*, is_silent: bool) -> None:
 
 
 def test_an_error_that_grows_with_the_distance_is_no_offset() -> None:
-    found = fit([listen(distance, offset=0.01, scale=0.03) for distance in DISTANCES])
+    found = fit([collect_samples(distance, offset=0.01, scale=0.03) for distance in DISTANCES])
     assert found.offset_m == pytest.approx(0.01, abs=0.002)
     assert found.scale == pytest.approx(0.03, abs=0.003)
 
 
 def test_a_wall_out_of_range_limits_the_range_and_counts_no_loss() -> None:
-    found = fit([listen(distance) for distance in (*DISTANCES, 2.5)])
+    found = fit([collect_samples(distance) for distance in (*DISTANCES, 2.5)])
     assert found.max_range_m == 1.6
     assert found.loss == 0.0
-    assert math.isnan(found.stops[-1].measured_m)
+    assert math.isnan(found.walls[-1].measured_m)
 
 
 def test_an_echo_of_another_thing_is_no_noise() -> None:
-    stops = [listen(distance) for distance in DISTANCES]
-    last = stops[0].readings[-1]
-    stops[0].add(Range(0.9, last.time + 0.06, last.sequence + 1))
-    assert fit(stops).noise_m == pytest.approx(0.004, rel=0.1)
+    walls = [collect_samples(distance) for distance in DISTANCES]
+    last = walls[0].readings[-1]
+    walls[0].add(Range(0.9, last.time + 0.06, last.sequence + 1))
+    assert fit(walls).noise_m == pytest.approx(0.004, rel=0.1)
 
 
 def test_a_sample_that_is_read_twice_counts_once() -> None:
-    stop, sample = Stop(0.5), Range(0.5, 0.0, 0)
+    stop, sample = WallSamples(0.5), Range(0.5, 0.0, 0)
     stop.add(sample)
     stop.add(sample)
     assert stop.readings == [sample]
@@ -80,14 +78,16 @@ def test_a_sample_that_is_read_twice_counts_once() -> None:
 
 def test_one_distance_is_refused(raises: Raises) -> None:
     with raises(CalibrationError, "wall-not-seen", device="nose"):
-        fit([listen(0.5)])
+        fit([collect_samples(0.5)])
 
 
 def test_distances_that_do_not_fit_are_refused(raises: Raises) -> None:
     with raises(CalibrationError, "no-common-offset", device="nose", hide=["0.080", "0.079"]):
-        fit([listen(0.3, offset=0.1), listen(0.6, offset=-0.1), listen(0.9, offset=0.1)])
+        fit([collect_samples(0.3, offset=0.1), collect_samples(0.6, offset=-0.1), collect_samples(0.9, offset=0.1)])
 
 
-def test_the_errors_are_drawn(tmp_path: Path) -> None:
-    save_plots([draw_errors(fit([listen(distance) for distance in DISTANCES]), "nose")] * 2, tmp_path / "errors.png")
-    assert (tmp_path / "errors.png").read_bytes().startswith(b"\x89PNG")
+def test_the_chart_has_the_errors_and_the_fit() -> None:
+    found = fit([collect_samples(distance, offset=0.012) for distance in DISTANCES])
+    chart = build_error_chart(found, "nose")
+    assert chart.series[0].xs == list(DISTANCES)
+    assert chart.series[1].ys == pytest.approx([found.offset_m] * len(DISTANCES))

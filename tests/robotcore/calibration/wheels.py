@@ -7,8 +7,8 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from robotcore.calibration.excitation import CommandStep
 from robotcore.calibration.least_squares import Array
-from robotcore.calibration.probe import CommandStep
 from robotcore.hardware.motor_model import MotorModel
 
 STEP_S = 0.0005

@@ -4,14 +4,21 @@ from __future__ import annotations
 
 import random
 import re
+import signal
+from collections.abc import Callable, Iterator
+from importlib import import_module
+from itertools import count
 from pathlib import Path
+from typing import Any
 
 import cv2
 import numpy as np
 import pytest
+import tomlkit
 
 from robotcore.calibration.camera.board import Board
 from robotcore.description import load_robot, read_shipped
+from robotcore.errors import DeviceError, EmergencyStopError
 from tests.robotcore.calibration.camera.rendered_boards import TrueCamera
 from tests.robotcore.cli.conftest import Cli
 from tests.texts import CheckText
@@ -74,6 +81,130 @@ def test_pictures_without_a_board_are_a_failure_and_the_file_stays(
     assert answer.status == 1
     assert Path(own).read_text() == before
     check_text(answer.err)
+
+
+Routine = Callable[..., Iterator[None]]
+
+
+def interrupt(monkeypatch: pytest.MonkeyPatch, routine: str, number: int, end: Callable[[], object]) -> None:
+    """Let a call of a routine end by a function that raises an error or sends a signal.
+
+    number: the number of the call, from 1 on.
+    """
+    module, _, name = routine.rpartition(".")
+    run: Routine = getattr(import_module(module), name)
+    calls = count(1)
+
+    def run_or_end(*arguments: Any) -> Iterator[None]:
+        if next(calls) == number:
+            yield
+            end()
+        return (yield from run(*arguments))
+
+    monkeypatch.setattr(routine, run_or_end)
+
+
+def press() -> None:
+    raise EmergencyStopError("the space bar was pressed in the terminal")
+
+
+def lose() -> None:
+    raise DeviceError("eye", "gives no picture", kind="no-picture")
+
+
+def send_signal() -> None:
+    signal.raise_signal(signal.SIGINT)
+
+
+ENDS = pytest.mark.parametrize(
+    "end, status, kind",
+    [
+        (press, 4, "emergency-stop"),
+        (lose, 3, "no-picture"),
+        (send_signal, 130, "interrupted"),
+    ],
+    ids=["e-stop", "device", "Ctrl-C"],
+)
+
+
+@ENDS
+def test_parts_that_were_measured_before_an_interruption_are_shown_and_written(
+    end: Callable[[], object], status: int, kind: str, tmp_path: Path, cli: Cli, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    interrupt(monkeypatch, "robotcore.calibration.camera.measuring.take_pictures", 3, end)  # the first one is a check
+    own = write(tmp_path, (FOV, f"noise_levels = 9.0\n{FOV}"))
+    arguments = ["calibrate", "camera", "--robot", own, *SIMULATED, "--only", "noise", "--only", "colour", "--write"]
+    answer = cli(*arguments)
+    assert answer.status == status
+    assert "grey levels" in answer.out
+    assert f"{own} has been corrected." in answer.out
+    assert load_robot(own).first_of("camera").noise_levels == pytest.approx(9.0, abs=0.5)
+    assert load_robot(own).first_of("camera").noise_levels != 9.0
+
+
+@ENDS
+def test_the_answer_in_json_has_the_parts_and_the_error(
+    end: Callable[[], object], status: int, kind: str, tmp_path: Path, cli: Cli, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    interrupt(monkeypatch, "robotcore.calibration.camera.measuring.take_pictures", 3, end)
+    own = write(tmp_path)
+    arguments = ["calibrate", "camera", "--robot", own, *SIMULATED, "--only", "noise", "--only", "colour", "--json"]
+    answer = cli(*arguments)
+    assert answer.status == status
+    assert (answer.json["kind"], answer.json["exit_status"], answer.json["is_written"]) == (kind, status, False)
+    assert list(answer.json["parts"]) == ["noise"]
+    assert "+noise_levels" in answer.json["diff"]
+
+
+@pytest.mark.slow
+@ENDS
+def test_distances_before_an_interruption_are_shown_and_not_written(
+    end: Callable[[], object], status: int, kind: str, tmp_path: Path, cli: Cli, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    interrupt(monkeypatch, "robotcore.calibration.range_sensor.collect_samples", 4, end)
+    own = write(tmp_path)
+    before = Path(own).read_text()
+    answer = cli("calibrate", "range", "--robot", own, *SIMULATED, "--seconds", "0.5", "--write")
+    assert answer.status == status
+    assert "+offset_m" in answer.out or "nose: offset" in answer.out
+    assert f"{own} stays as it is: the measurement did not reach its end." in answer.out
+    assert Path(own).read_text() == before
+
+
+def test_a_file_that_cannot_be_written_does_not_replace_the_error_of_an_interruption(
+    tmp_path: Path, cli: Cli, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    own = write(tmp_path)
+
+    def change_file() -> None:
+        write(tmp_path, ("# On a Raspberry Pi", "# On my Raspberry Pi"))
+        press()
+
+    interrupt(monkeypatch, "robotcore.calibration.camera.measuring.take_pictures", 3, change_file)
+    answer = cli("calibrate", "camera", "--robot", own, *SIMULATED, "--only", "noise", "--only", "colour", "--write")
+    assert answer.status == 4
+    assert "another program has changed the file" in answer.err
+    assert "e-stop" in answer.err.splitlines()[-1]
+    assert f"{own} stays as it is: it could not be written." in answer.out
+
+
+def test_an_interruption_without_a_result_is_only_an_error(
+    tmp_path: Path, cli: Cli, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    interrupt(monkeypatch, "robotcore.calibration.range_sensor.collect_samples", 2, press)
+    answer = cli("calibrate", "range", "--robot", write(tmp_path), *SIMULATED, "--seconds", "0.5", "--write")
+    assert (answer.status, answer.out) == (4, "")
+
+
+def test_the_commands_for_a_measured_colour_work(tmp_path: Path, cli: Cli) -> None:
+    own = write(tmp_path)
+    answer = cli("calibrate", "camera", "--robot", own, *SIMULATED, "--only", "colour")
+    (command,) = [line.split() for line in answer.out.splitlines() if line.startswith("    robotcore run")]
+    assert cli(*command[1:], "--world", "bench", "--timeout", "0.2", "--json").json["outcome"] == "timeout"
+    (settings,) = [line.strip() for line in answer.out.splitlines() if "settings = {" in line]
+    assert tomlkit.parse(settings)["settings"].keys() == {"hue", "tolerance"}
+    mark = cli("calibrate", "camera", "--robot", "lookout", *SIMULATED, "--only", "colour")
+    assert re.search(r"robotcore run mark-green --robot lookout --backend kinematic --set hue=\d+\n", mark.out)
 
 
 @pytest.mark.parametrize(

@@ -10,6 +10,7 @@ import pytest
 import tomlkit
 
 from robotcore.description import read_shipped
+from robotcore.errors import EmergencyStopError
 from tests.robotcore.cli.conftest import Cli
 from tests.robotcore.cli.terminal import Terminal, read_end, wait_for
 from tests.robotcore.cli.terminal import terminal as terminal  # noqa: PLC0414  a fixture
@@ -129,6 +130,28 @@ def test_the_space_bar_and_ctrl_c_end_a_question(key: bytes, kind: str, status: 
     assert answer["exit_status"] == status
     assert ended == f"exited {status if status == 4 else -2}"
     assert terminal.is_restored
+
+
+@pytest.mark.slow
+def test_findings_before_an_error_are_shown_and_their_changes_are_not_written(
+    tmp_path: Path, cli: Cli, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def press(*_arguments: object) -> None:
+        raise EmergencyStopError("the space bar was pressed in the terminal")
+
+    monkeypatch.setattr("robotcore.kinds.device_tests.wheels._judge_encoders", press)
+    shipped = read_shipped("rover")
+    text = shipped.replace("forward = 17\nbackward = 27", "forward = 27\nbackward = 17")
+    own, true = write(tmp_path, text), write(tmp_path, shipped, "true.toml")
+    arguments = ("test-devices", "--robot", own, "--backend", "virtualpi", "--option", f"truth={true}", "--write")
+    answer = cli(*arguments)
+    assert answer.status == 4
+    assert f"{own} stays as it is: the test did not reach its end." in answer.out
+    assert Path(own).read_text() == text
+    in_json = cli(*arguments, "--json").json
+    assert (in_json["kind"], in_json["is_written"]) == ("emergency-stop", False)
+    assert "motor-reversed" in [finding["kind"] for finding in in_json["findings"]]
+    assert "+forward = 17" in in_json["diff"]
 
 
 @pytest.mark.skipif(os.geteuid() == 0, reason="root may write everything")

@@ -69,6 +69,7 @@ main.main()
 """The program of a job that reads the terminal although it is in the background."""
 
 
+@pytest.mark.slow
 def test_the_space_bar_stops_the_run(terminal: Terminal) -> None:
     terminal.run(*DRIVE)
     wait_for(lambda: terminal.is_raw)

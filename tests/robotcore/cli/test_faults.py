@@ -23,6 +23,7 @@ def test_a_run_shows_its_faults_in_canonical_form(cli: Cli, tmp_path: Path, chec
     check_text("\n".join(line for line in answer.splitlines() if "=0." in line))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("spec", ["range dorp=1", "gone.toml"])
 def test_a_wrong_fault_is_refused_before_anything_runs(
     cli: Cli, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, spec: str, check_text: CheckText

@@ -26,6 +26,7 @@ def real(tmp_path_factory: pytest.TempPathFactory) -> tuple[str, str]:
     return file, truth
 
 
+@pytest.mark.slow
 def test_a_file_brings_the_simulation_nearer_and_the_picture_is_drawn(
     cli: Cli, real: tuple[str, str], tmp_path: Path
 ) -> None:

@@ -67,6 +67,7 @@ def test_flashed_board_is_asked_for_its_version(
     assert flashed.endswith("/robotcore_bridge.ino.hex")
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("reply", [b"", b"Invalid Command\r\n"])
 def test_a_board_that_does_not_report_its_version_is_a_failure(
     cli: Cli, tools: Tools, pty: Pty, reply: bytes, check_text: CheckText

@@ -68,6 +68,7 @@ def test_lossy_recording_is_refused_and_evaluated_with_a_warning(
     check_text(answers.json["warning"])
 
 
+@pytest.mark.slow
 def test_comparison_of_a_run_with_itself_is_alike(
     cli: Cli, search_recording: Path, tmp_path: Path, check_text: CheckText
 ) -> None:
@@ -78,6 +79,7 @@ def test_comparison_of_a_run_with_itself_is_alike(
     assert picture.stat().st_size > 10_000
 
 
+@pytest.mark.slow
 def test_comparison_of_different_runs_has_exit_status_1(
     cli: Cli, search_recording: Path, brief_recording: Path
 ) -> None:

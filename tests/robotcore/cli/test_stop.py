@@ -68,6 +68,7 @@ def test_every_motor_is_stopped_and_no_other_device_is_opened(
     assert (sorted(setup.devices), dict(setup.options)) == (["left_motor", "right_motor"], {"port": "7"})
 
 
+@pytest.mark.slow
 def test_a_motor_that_cannot_be_stopped_is_named_and_the_others_are_stopped(
     cli: Cli, diary: Path, monkeypatch: pytest.MonkeyPatch, check_text: CheckText
 ) -> None:
@@ -111,6 +112,7 @@ def test_wrong_arguments_are_refused(
     check_text(answer.err)
 
 
+@pytest.mark.slow
 def test_without_a_backend_the_active_run_is_ended_and_its_robot_is_stopped(
     cli: Cli, diary: Path, start: Start, monkeypatch: pytest.MonkeyPatch, check_text: CheckText
 ) -> None:
@@ -141,6 +143,7 @@ def test_the_robot_of_a_run_that_does_not_end_is_stopped_too(
     check_text(answer.out, hide=[os.getpid()])
 
 
+@pytest.mark.slow
 def test_a_robot_that_cannot_be_stopped_does_not_prevent_the_stop_of_another(
     cli: Cli, diary: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:

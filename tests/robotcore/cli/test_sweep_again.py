@@ -58,6 +58,7 @@ def test_more_seeds_continue_a_sweep_and_fewer_run_nothing(cli: Cli, requests: l
     assert (done["runs"], done["done"], done["groups"][0]["runs"], len(requests)) == (1, 1, 1, 3)
 
 
+@pytest.mark.slow
 def test_the_hint_after_an_interrupted_fresh_sweep_leaves_fresh_out(
     cli: Cli, requests: list[RunRequest], monkeypatch: pytest.MonkeyPatch, check_text: CheckText
 ) -> None:

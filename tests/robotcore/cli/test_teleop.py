@@ -125,6 +125,7 @@ def test_a_way_to_drive_that_cannot_work_is_refused(
     check_text(answer["error"])
 
 
+@pytest.mark.slow
 def test_keys_need_a_drive(terminal: Terminal) -> None:
     terminal.run("--keys", "--robot", "lookout", command="teleop")
     answer, exited = read_end(terminal)
@@ -132,6 +133,7 @@ def test_keys_need_a_drive(terminal: Terminal) -> None:
     assert terminal.is_restored
 
 
+@pytest.mark.slow
 def test_the_gamepad_of_the_robot_drives(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     robot = tmp_path / "driven.toml"
     robot.write_text(f'{ROVER}\n[[devices]]\nkind = "gamepad"\nname = "pad"\nscript = [{{ at_s = 0.2, left_y = 1.0 }}]')

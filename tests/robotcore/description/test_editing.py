@@ -9,7 +9,7 @@ from typing import Any
 import pytest
 
 from robotcore.description import load_robot, read_shipped, robot_names
-from robotcore.description.editing import RobotEditor, round_measured
+from robotcore.description.editing import RobotEditor
 from robotcore.description.loading import read_toml
 from robotcore.errors import DescriptionError, UsageError
 from tests.texts import Raises
@@ -186,22 +186,6 @@ def test_a_file_that_cannot_be_written_is_an_error(file: Path, monkeypatch: pyte
     assert list(file.parent.iterdir()) == [file]
 
 
-@pytest.mark.parametrize(
-    "value, uncertainty, rounded",
-    [
-        (13.28517, 0.0317, 13.285),
-        (0.032512, 0.00021, 0.03251),
-        (-1234.5, 210.0, -1230.0),
-        (0.15, 0.0, 0.15),
-        (0.0, 1.0, 0.0),
-    ],
-)
-def test_a_measured_value_has_the_digits_that_its_uncertainty_allows(
-    value: float, uncertainty: float, rounded: float
-) -> None:
-    assert round_measured(value, uncertainty) == rounded
-
-
 def test_a_table_is_replaced_and_equal_values_keep_their_format(file: Path) -> None:
     editor = RobotEditor(str(file))
     model = {"dead_band": 0.1, "forward_rad_s": 14.0, "backward_rad_s": 14.0}
@@ -211,3 +195,45 @@ def test_a_table_is_replaced_and_equal_values_keep_their_format(file: Path) -> N
     text = file.read_text(encoding="utf-8")
     assert "backward = 27" not in text
     assert "model = {dead_band = 0.10," in text
+
+
+def edit_lines(file: Path, content: bytes) -> list[bytes]:
+    """Write a file, change a value, add a key within the file and one at its end, and return the lines."""
+    file.write_bytes(content)
+    editor = RobotEditor(str(file))
+    editor.set_drive(track_m=0.148)
+    editor.set_section("raspberrypi", "left", frequency_hz=200)
+    editor.set_device("right", lag_s=0.07)
+    assert [line for line in editor.diff.splitlines()[2:] if line.startswith("+")] == [
+        "+frequency_hz = 200", "+track_m   =   0.148   # measured with a ruler", "+lag_s = 0.07",
+    ]  # fmt: skip
+    editor.write()
+    return file.read_bytes().splitlines(keepends=True)
+
+
+@pytest.mark.parametrize("ending", [b"\n", b"\r\n"])
+def test_new_lines_end_as_the_other_lines_of_the_file(ending: bytes, file: Path) -> None:
+    lines = edit_lines(file, BODY.encode().replace(b"\n", ending))
+    assert len(lines) == BODY.count("\n") + 2
+    assert all(line.endswith(ending) and line.count(b"\r") == ending.count(b"\r") for line in lines)
+
+
+def test_each_line_of_a_file_with_mixed_endings_keeps_its_own(file: Path) -> None:
+    before = [line.encode() + (b"\r\n" if number % 3 else b"\n") for number, line in enumerate(BODY.splitlines())]
+    lines = edit_lines(file, b"".join(before))
+    expected = [line.replace(b"0.150", b"0.148") for line in before]
+    model = next(number for number, line in enumerate(before) if line.startswith(b"model"))
+    endings = [b"\r\n" if before[number].endswith(b"\r\n") else b"\n" for number in (model, -1)]
+    expected.insert(model + 1, b"frequency_hz = 200" + endings[0])
+    assert lines == [*expected, b"lag_s = 0.07" + endings[1]]
+
+
+def test_a_line_behind_a_last_line_without_an_ending_adds_no_other_ending(file: Path) -> None:
+    file.write_bytes(BODY.rstrip("\n").encode().replace(b"\n", b"\r\n"))
+    editor = RobotEditor(str(file))
+    editor.set_device("right", lag_s=0.07)
+    editor.write()
+    lines = file.read_bytes().splitlines(keepends=True)
+    assert lines[-2] == b"max_velocity_rad_s = 12.0\r\n"
+    assert lines[-1].rstrip() == b"lag_s = 0.07"
+    assert all(line.endswith(b"\r\n") for line in lines[:-1])

@@ -51,6 +51,7 @@ def check(tmp_path: Path, content: bytes, load: Callable[[str], object]) -> None
         assert str(error).count("\n") == len(others)  # noqa: PT017  both ends are right: it loads, or says why not
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("load", [load_any, load_robot, load_world])
 @QUICK
 @given(content=st.binary(max_size=200))

@@ -53,6 +53,6 @@ def test_a_simulator_has_no_tables_to_correct() -> None:
 
 
 def test_values_of_a_description_are_collected(corrections: Corrections) -> None:
-    corrections.describe("pan", {"min_angle_rad": -0.8})
-    corrections.describe("pan", {"max_angle_rad": 0.9})
+    corrections.correct_description("pan", {"min_angle_rad": -0.8})
+    corrections.correct_description("pan", {"max_angle_rad": 0.9})
     assert corrections.values == {"pan": {"min_angle_rad": -0.8, "max_angle_rad": 0.9}}

@@ -61,7 +61,7 @@ def without_truth(recording: Recording, **metadata: Any) -> Recording:
 
 
 def last(fidelity: Fidelity) -> Differences:
-    return fidelity.columns[-1].differences
+    return fidelity.simulations[-1].differences
 
 
 IMPERFECT = str(Path(__file__).parents[3] / "benchmarks" / "imperfect_rover.toml")
@@ -101,7 +101,7 @@ def test_other_drives_are_repeated_exactly(robot: str) -> None:
 
 
 def test_the_true_description_of_a_robot_brings_the_simulation_nearer(real: Recording, truth: str) -> None:
-    before, after = (each.differences for each in measure(real, robot=load_robot(truth)).columns)
+    before, after = (each.differences for each in measure(real, robot=load_robot(truth)).simulations)
     assert before.path
     assert after.path
     assert before.path.largest_m > 0.05
@@ -110,6 +110,7 @@ def test_the_true_description_of_a_robot_brings_the_simulation_nearer(real: Reco
         assert after.wheels[side].rms_rad_s < before.wheels[side].rms_rad_s / 5
 
 
+@pytest.mark.slow
 def test_without_truth_the_path_is_that_of_the_odometry_with_the_wheels_of_the_file(
     real: Recording, truth: str, check_text: CheckText
 ) -> None:
@@ -121,6 +122,7 @@ def test_without_truth_the_path_is_that_of_the_odometry_with_the_wheels_of_the_f
     check_text([note.replace(truth, "true.toml") for note in after.notes])
 
 
+@pytest.mark.slow
 def test_another_number_of_encoder_counts_scales_the_recorded_angles(real: Recording, tmp_path: Path) -> None:
     file = tmp_path / "counts.toml"
     file.write_text(ROVER.replace("counts_per_turn = 960", "counts_per_turn = 480"))
@@ -167,7 +169,7 @@ def test_contacts_that_the_recorded_run_did_not_have_are_noted(recording: Record
     walled = world.model_copy(update={"obstacles": (block, *world.obstacles[1:])})
     placed = [replace(each, pose=Pose(*start[:2], 0.0)) for each in recording.truth]
     fidelity = measure(replace(recording, truth=placed), world=walled)
-    assert fidelity.columns[0].run.contacts
+    assert fidelity.simulations[0].run.contacts
     check_text(fidelity.notes[-1])
 
 
@@ -179,6 +181,7 @@ class Person(Watcher):
         operator.drive(0.2, 0.5)
 
 
+@pytest.mark.slow
 def test_a_run_that_a_person_drove_by_hand_is_repeated() -> None:
     memory = Memory()
     run(RunRequest(Standing, world="open", has_operator=True, timeout_s=2.0), [memory, Person()], [memory.layer])
@@ -294,6 +297,7 @@ def test_other_texts_are_no_bounds(text: str, raises: Raises) -> None:
         Bound.parse(text)
 
 
+@pytest.mark.slow
 def test_the_json_has_both_columns(real: Recording, truth: str) -> None:
     one, two = measure(real).to_dict(), measure(real, robot=load_robot(truth)).to_dict()
     assert (one["with_robot"], one["as_recorded"]) == (None, two["as_recorded"])

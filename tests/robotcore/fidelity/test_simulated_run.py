@@ -15,7 +15,7 @@ from robotcore.errors import DeviceError, DeviceGroupError
 from robotcore.fidelity.commands import ServoCommand, WheelCommand
 from robotcore.fidelity.motor_conversion import DutyModels, MotorConversion
 from robotcore.fidelity.run_data import RunData
-from robotcore.fidelity.simulated_run import Replay, simulate
+from robotcore.fidelity.simulated_run import SimulationInputs, simulate
 from robotcore.geometry import Wheels
 from robotcore.hal.backend import Setup
 from robotcore.hal.robot import Robot
@@ -45,8 +45,8 @@ def repeat(
     robot: RobotDescription = QUICK,
     **others: Any,
 ) -> RunData:
-    replay = Replay(ROVER, robot, worlds.empty(), times, [WheelCommand(*each) for each in commands], **others)
-    return simulate(KinematicBackend(), replay).data
+    inputs = SimulationInputs(ROVER, robot, worlds.empty(), times, [WheelCommand(*each) for each in commands], **others)
+    return simulate(KinematicBackend(), inputs).data
 
 
 def measure_ways(data: RunData) -> list[float]:
@@ -116,23 +116,23 @@ def test_the_offset_of_a_range_sensor_is_compensated_as_in_the_recorded_run() ->
         return ROVER.model_copy(update={"devices": tuple(devices)})
 
     world = worlds.wall(ROVER.mounts["nose"], 1.0)
-    replay = Replay(shift(0.1), shift(0.3), world, [0.0, 0.1], [], reads={0: ["nose"]})
-    (distance,) = simulate(KinematicBackend(), replay).data.ranges["nose"].distances[0]
+    inputs = SimulationInputs(shift(0.1), shift(0.3), world, [0.0, 0.1], [], reads={0: ["nose"]})
+    (distance,) = simulate(KinematicBackend(), inputs).data.ranges["nose"].distances[0]
     assert distance == pytest.approx(1.2, abs=1e-3)
 
 
 def test_the_gains_of_the_wheels_are_those_of_the_world() -> None:
     world = worlds.empty()
     conditions = world.conditions.model_copy(update={"wheel_gain_left": 0.5, "wheel_gain_right": 0.5})
-    replay = Replay(ROVER, QUICK, world, [0.0, 1.0], [WheelCommand(0.0, FORWARD)])
-    slow = replace(replay, world=world.model_copy(update={"conditions": conditions}))
+    inputs = SimulationInputs(ROVER, QUICK, world, [0.0, 1.0], [WheelCommand(0.0, FORWARD)])
+    slow = replace(inputs, world=world.model_copy(update={"conditions": conditions}))
     assert measure_ways(simulate(KinematicBackend(), slow).data)[-1] == pytest.approx(3.0 * RADIUS_M)
 
 
 def test_a_camera_is_read_in_the_ticks_of_the_recording_and_turns_with_its_servo() -> None:
     scout = load_robot("scout")
     world = worlds.box(scout.mounts["nose"], 1.0, "red")
-    still = Replay(scout, scout, world, [0.0, 0.5, 1.0], [], reads={0: ["eye"], 2: ["eye"]})
+    still = SimulationInputs(scout, scout, world, [0.0, 0.5, 1.0], [], reads={0: ["eye"], 2: ["eye"]})
     turned = replace(still, servo_commands=[ServoCommand(0.5, "pan", 1.0)])
     before, after = (simulate(KinematicBackend(), each).data.pictures["eye"].pictures for each in (still, turned))
     assert list(before) == list(after) == [0, 2]
@@ -157,12 +157,12 @@ class BrokenBackend(KinematicBackend):
 
 
 def test_cameras_are_left_out_if_the_simulator_cannot_draw() -> None:
-    replay = Replay(ROVER, ROVER, worlds.empty(), [0.0, 0.1], [], reads={0: ["eye", "nose"], 1: ["eye"]})
-    run = simulate(BlindBackend(), replay)
+    inputs = SimulationInputs(ROVER, ROVER, worlds.empty(), [0.0, 0.1], [], reads={0: ["eye", "nose"], 1: ["eye"]})
+    run = simulate(BlindBackend(), inputs)
     assert (set(run.missing), list(run.data.ranges), list(run.data.pictures)) == ({"eye"}, ["nose"], [])
-    assert not simulate(KinematicBackend(), replay).missing
+    assert not simulate(KinematicBackend(), inputs).missing
 
 
 def test_another_failure_of_the_simulator_is_raised(raises: Raises) -> None:
     with raises(DeviceError):
-        simulate(BrokenBackend(), Replay(ROVER, ROVER, worlds.empty(), [0.0, 0.1], []))
+        simulate(BrokenBackend(), SimulationInputs(ROVER, ROVER, worlds.empty(), [0.0, 0.1], []))

@@ -28,6 +28,7 @@ def test_unknown_attribute_is_an_error_with_a_remedy(robot: Any, check_text: Che
     check_text(caught.value)
 
 
+@pytest.mark.slow
 def test_robot_without_a_drive_has_no_attribute_of_a_drive() -> None:
     robot: Any
     with robotcore.open("lookout") as robot, pytest.raises(AttributeError, match="no attribute 'straight'"):

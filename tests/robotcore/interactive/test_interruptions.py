@@ -22,6 +22,7 @@ from robotcore.hal.wall_clock import MonotonicClock
 from robotcore.recording import read
 from robotcore.runtime.loop import Loop
 from robotcore.runtime.session import RunSession
+from robotcore.runtime.signals import SignalGuard
 from tests.doubles.serial.board import Powered
 from tests.doubles.serial.pty import Pty
 from tests.doubles.serial.rosarduino import RobotcoreBridgeDouble
@@ -130,6 +131,12 @@ def test_interrupt_between_two_calls_leaves_the_robot_open() -> None:
     assert robot.result.outcome is Outcome.SUCCESS
 
 
+def test_signal_in_a_program_that_handles_signals_closes_the_robot() -> None:
+    with SignalGuard(), pytest.raises(Interrupted), robotcore.open() as robot:
+        robot.run(raise_signals(signal.SIGINT))
+    assert robot.result
+
+
 def test_signal_between_two_calls_reaches_the_handler_of_the_program_only(received: list[int]) -> None:
     with robotcore.open(world="open") as robot:
         robot.wait(0.1)
@@ -140,6 +147,7 @@ def test_signal_between_two_calls_reaches_the_handler_of_the_program_only(receiv
     assert robot.result.outcome is Outcome.SUCCESS
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("number, error", [(signal.SIGINT, KeyboardInterrupt), (signal.SIGTERM, Interrupted)])
 def test_signal_while_a_lost_robot_is_closed_acts_after_it(
     monkeypatch: pytest.MonkeyPatch, number: int, error: type[BaseException]

@@ -125,6 +125,7 @@ def test_all_devices_are_open_and_needs_open_some() -> None:
         assert not robot.all(Camera)
 
 
+@pytest.mark.slow
 def test_two_sessions_at_once() -> None:
     with robotcore.open(world="open") as first, robotcore.open(world="open") as second:
         first.drive.straight(0.2)
@@ -149,6 +150,7 @@ def test_next_open_closes_a_robot_that_the_program_has_lost() -> None:
         assert lost.result.outcome is Outcome.SUCCESS
 
 
+@pytest.mark.slow
 def test_next_open_leaves_a_robot_that_another_name_has() -> None:
     robot = robotcore.open(world="open")
     first = robot
@@ -188,6 +190,7 @@ def test_ctrl_c_ends_the_call_and_the_robot_stays_open() -> None:
     assert signal.getsignal(signal.SIGINT) is signal.default_int_handler
 
 
+@pytest.mark.slow
 def test_a_call_follows_the_pace_that_another_thread_sets() -> None:
     with robotcore.open(world="open") as robot:
         robot.pace.pause()
@@ -267,6 +270,7 @@ def test_traceback_of_a_routine_begins_in_the_routine(robot: LiveRobot) -> None:
     assert isinstance(caught.value.__cause__, KeyError)
 
 
+@pytest.mark.slow
 def test_traceback_of_an_error_of_robotcore_ends_at_the_call(robot: LiveRobot) -> None:
     with pytest.raises(BlockedError) as blocked, robotcore.open(world="arena") as other:
         other.drive.straight(3.0)

@@ -77,11 +77,11 @@ def test_a_motor_with_a_longer_reach_responds_as_before() -> None:
     motor = MotorDescription(
         kind="motor", name="wheel", max_velocity_rad_s=10.0, dead_band_rad_s=2.0, forward_gain=0.9, backward_gain=1.1
     )
-    longer = motor.extend_reach(14.0)
+    longer = motor.raise_max_velocity(14.0)
     assert longer.max_velocity_rad_s == 14.0
     for command in (1.0, 5.0, -7.0, 10.0):
         assert longer.respond(command) == pytest.approx(motor.respond(command))
-    assert motor.extend_reach(8.0) is motor
+    assert motor.raise_max_velocity(8.0) is motor
 
 
 @simulators
@@ -123,6 +123,7 @@ def test_a_camera_has_noise_and_its_lens(backend: str) -> None:
     assert np.abs(moved[middle].astype(int) - clean[middle]).mean() < 6.0
 
 
+@pytest.mark.slow
 @simulators
 def test_a_range_sensor_has_its_offset_noise_and_lost_echoes(backend: str) -> None:
     def measure(**change: float) -> list[float]:

@@ -119,6 +119,7 @@ def test_bias_is_added_to_the_turn_rate_and_integrated_in_the_heading(drive: Dri
 NOISE = {"yaw_rate_noise_rad_s": 0.01, "acceleration_noise_m_s2": 0.05, "heading_noise_rad": 0.002}
 
 
+@pytest.mark.slow
 def test_noise_has_its_deviation_and_is_that_of_the_seed(drive: Drive) -> None:
     rest = {"linear": 0.0, "angular": 0.0, "ticks": 500}
     samples = drive(errors=NOISE, **rest)

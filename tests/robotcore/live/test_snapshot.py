@@ -135,6 +135,7 @@ def test_a_kind_that_raises_has_the_exception_as_its_text(monkeypatch: pytest.Mo
     assert devices["eye"]["text"] == "320x240 pixels"
 
 
+@pytest.mark.slow
 def test_the_pace_the_overruns_and_the_person_are_in_the_message() -> None:
     snapper = take(has_operator=True, realtime=True)
     message = snapper.builder.build_message(snapper.snapshots[-1], [])

@@ -52,6 +52,7 @@ def short_run(tmp_path_factory: pytest.TempPathFactory) -> RecordedRun:
     return record(tmp_path_factory.mktemp("short") / "run.mcap", is_jpeg=True)
 
 
+@pytest.mark.slow
 def test_file_cut_after_any_chunk_has_the_ticks_before(recorded: RecordedRun, file: Path) -> None:
     whole, content = recorded.recording, recorded.file.read_bytes()
     ends = [place.offset + place.length for place, _ in ChunkedFile(recorded.file).chunks()]
@@ -116,6 +117,7 @@ def test_damage_before_the_first_tick_is_not_reported_as_a_cut(recorded: Recorde
         assert caught.value.kind == kind
 
 
+@pytest.mark.slow
 def test_file_cut_at_any_byte_is_read_or_refused(short_run: RecordedRun, file: Path) -> None:
     whole, content = short_run.recording, short_run.file.read_bytes()
     for length in sorted(random.Random(7).sample(range(len(content)), 150)):

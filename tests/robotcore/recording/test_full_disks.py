@@ -106,6 +106,7 @@ def test_a_recording_without_its_end_is_reported(
         raise recorder.failure
 
 
+@pytest.mark.slow
 def test_a_channel_that_begins_while_the_disk_is_full_can_be_read(
     file: Path, looking_app: str, monkeypatch: pytest.MonkeyPatch
 ) -> None:

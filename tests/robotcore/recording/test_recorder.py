@@ -198,6 +198,7 @@ def test_unwritable_file_is_refused_before_the_run(
         assert recorder.failure.kind == kind
 
 
+@pytest.mark.slow
 def test_check_for_writing_keeps_the_file_and_the_recording_overwrites_it(file: Path) -> None:
     require_recordable(file)
     assert not file.exists()

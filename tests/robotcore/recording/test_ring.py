@@ -130,11 +130,13 @@ def test_a_ring_without_the_beginning_is_evaluated_and_not_replayed(ring: Record
     assert evaluation.ticks == len(ring.ticks)
 
 
+@pytest.mark.slow
 def test_the_recorder_and_the_reader_name_the_same_beginning(file: Path) -> None:
     recorder = record_ring(file)
     assert recorder.begins_s == read(file).ticks[0].time
 
 
+@pytest.mark.slow
 def test_a_ring_that_is_longer_than_the_run_is_a_whole_recording(file: Path) -> None:
     recorder = record_ring(file, request=RunRequest(IRREGULAR_APP, settings={"ticks": 40}), last_s=3600.0)
     recording = read(file)
@@ -142,6 +144,7 @@ def test_a_ring_that_is_longer_than_the_run_is_a_whole_recording(file: Path) -> 
     assert replay(recording).is_equal
 
 
+@pytest.mark.slow
 @pytest.mark.usefixtures("often_flushed")
 def test_a_channel_that_was_last_used_in_a_deleted_segment_can_still_be_read(file: Path) -> None:
     record_ring(file, last_s=2.0)
@@ -171,6 +174,7 @@ def test_all_files_together_stay_within_the_limit(file: Path, monkeypatch: pytes
     assert recording.result
 
 
+@pytest.mark.slow
 @pytest.mark.usefixtures("often_flushed")
 def test_an_emergency_stop_closes_the_ring(file: Path) -> None:
     class Stop(Watcher):
@@ -229,6 +233,7 @@ def _leave_segments(file: Path, monkeypatch: pytest.MonkeyPatch) -> list[Path]:
     return sorted(locate_segments(file).iterdir())
 
 
+@pytest.mark.slow
 @pytest.mark.usefixtures("often_flushed")
 @pytest.mark.parametrize("calls", [1, 3])
 def test_joining_continues_after_it_was_interrupted(file: Path, monkeypatch: pytest.MonkeyPatch, calls: int) -> None:
@@ -253,6 +258,7 @@ def test_joining_continues_after_it_was_interrupted(file: Path, monkeypatch: pyt
     assert recording.damage == ""
 
 
+@pytest.mark.slow
 @pytest.mark.usefixtures("often_flushed")
 def test_the_incomplete_end_of_the_last_segment_is_left_out(file: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     last = _leave_segments(file, monkeypatch)[-1]
@@ -262,6 +268,7 @@ def test_the_incomplete_end_of_the_last_segment_is_left_out(file: Path, monkeypa
     assert recording.ticks[-1].number > 280
 
 
+@pytest.mark.slow
 @pytest.mark.usefixtures("often_flushed")
 def test_a_file_that_is_no_recording_is_not_changed(
     file: Path, monkeypatch: pytest.MonkeyPatch, raises: Raises
@@ -273,6 +280,7 @@ def test_a_file_that_is_no_recording_is_not_changed(
     assert file.read_bytes() == b"something else"
 
 
+@pytest.mark.slow
 @pytest.mark.usefixtures("often_flushed")
 def test_a_linked_segment_is_refused(file: Path, monkeypatch: pytest.MonkeyPatch, raises: Raises) -> None:
     first = _leave_segments(file, monkeypatch)[0]
@@ -282,6 +290,7 @@ def test_a_linked_segment_is_refused(file: Path, monkeypatch: pytest.MonkeyPatch
         read(file)
 
 
+@pytest.mark.slow
 @pytest.mark.usefixtures("often_flushed")
 def test_a_missing_recording_of_segments_is_named(file: Path, monkeypatch: pytest.MonkeyPatch, raises: Raises) -> None:
     _leave_segments(file, monkeypatch)
@@ -290,6 +299,7 @@ def test_a_missing_recording_of_segments_is_named(file: Path, monkeypatch: pytes
         read(file)
 
 
+@pytest.mark.slow
 @pytest.mark.usefixtures("often_flushed")
 def test_segments_on_a_disk_that_cannot_be_written_are_not_joined(
     small_disk: Path, monkeypatch: pytest.MonkeyPatch, raises: Raises
@@ -302,6 +312,7 @@ def test_segments_on_a_disk_that_cannot_be_written_are_not_joined(
         read(file)
 
 
+@pytest.mark.slow
 @pytest.mark.usefixtures("often_flushed")
 def test_a_new_recording_deletes_the_segments_of_the_old_one(file: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     _leave_segments(file, monkeypatch)
@@ -311,6 +322,7 @@ def test_a_new_recording_deletes_the_segments_of_the_old_one(file: Path, monkeyp
     assert len(read(file).ticks) == 5
 
 
+@pytest.mark.slow
 @pytest.mark.usefixtures("often_flushed")
 def test_a_full_disk_makes_the_ring_smaller(file: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     room = 250_000
@@ -332,6 +344,7 @@ def test_a_full_disk_makes_the_ring_smaller(file: Path, monkeypatch: pytest.Monk
     assert recording.ticks[-1].number == 300
 
 
+@pytest.mark.slow
 @pytest.mark.usefixtures("often_flushed")
 def test_a_real_robot_does_not_wait_for_the_disk(file: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     has_begun, has_answered, waits = threading.Event(), threading.Event(), []
@@ -390,6 +403,7 @@ def test_a_slow_join_is_reported(file: Path, monkeypatch: pytest.MonkeyPatch, ra
     assert len(read(file).ticks) == 5
 
 
+@pytest.mark.slow
 @pytest.mark.usefixtures("often_flushed")
 def test_metadata_and_segments_are_synced_to_the_disk_during_the_run(
     file: Path, monkeypatch: pytest.MonkeyPatch

@@ -137,6 +137,7 @@ def test_e_stop_is_the_error_of_the_last_tick(file: Path) -> None:
     assert recording.result.outcome is Outcome.STOPPED
 
 
+@pytest.mark.slow
 def test_recording_changes_no_decision_and_has_no_exception_around_the_run(file: Path) -> None:
     alone = run(RunRequest(IRREGULAR_APP, seed=3))
     try:
@@ -148,6 +149,7 @@ def test_recording_changes_no_decision_and_has_no_exception_around_the_run(file:
     assert recorded.witness.result.trace_sha256 == alone.trace_sha256
 
 
+@pytest.mark.slow
 def test_jpeg_recording_is_smaller_and_cannot_be_replayed(file: Path) -> None:
     recording = record(file, is_jpeg=True).recording
     assert recording.missing_inputs == "the pictures of eye are JPEGs, which differ from those that the app read"

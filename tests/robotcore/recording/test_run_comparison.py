@@ -82,6 +82,7 @@ def test_first_different_state_outcome_or_end_is_reported(run: Recording) -> Non
     assert (earlier.tick, earlier.second) == (20, None)
 
 
+@pytest.mark.slow
 def test_rooms_that_differ_are_reported_and_drawn(run: Recording, other: Recording, check_text: CheckText) -> None:
     world = run.metadata.world
     assert world

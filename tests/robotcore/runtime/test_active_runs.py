@@ -122,6 +122,7 @@ def test_a_symbolic_link_to_a_folder_is_not_used(runtime: Path, tmp_path: Path) 
         pass
 
 
+@pytest.mark.slow
 def test_the_end_of_a_run_waits_until_its_robot_is_closed(runtime: Path, start: Start) -> None:
     running = start("drives")
     assert end_runs(list_active_runs(), 60.0) == []
@@ -130,6 +131,7 @@ def test_the_end_of_a_run_waits_until_its_robot_is_closed(runtime: Path, start: 
     assert find_files(runtime) == []
 
 
+@pytest.mark.slow
 def test_a_suspended_run_is_ended(start: Start) -> None:
     running = start("drives")
     running.process.send_signal(signal.SIGSTOP)
@@ -137,6 +139,7 @@ def test_a_suspended_run_is_ended(start: Start) -> None:
     running.end()
 
 
+@pytest.mark.slow
 def test_runs_that_ignore_sigterm_are_killed_after_one_limit_for_all() -> None:
     processes = [register_in_other_process(ignores_sigterm=True) for _ in range(2)]
     runs = list_active_runs()

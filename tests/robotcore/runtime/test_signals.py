@@ -77,6 +77,18 @@ class TestSignalGuard:
                 perform(FunctionApp(steps.append))
         assert not steps
 
+    def test_masked_guard_begins_after_a_signal_in_an_outer_guard(self) -> None:
+        closed: list[str] = []
+        with SignalGuard(), suppress(Interrupted):
+            try:
+                signal.raise_signal(signal.SIGINT)
+            finally:
+                guard = SignalGuard()
+                guard.mask()
+                with guard:
+                    closed.append("robot")
+        assert closed == ["robot"]
+
     def test_error_of_a_library_does_not_replace_the_signal(self) -> None:
         def convert() -> None:
             with suppress(Interrupted):
@@ -214,6 +226,7 @@ def start() -> Iterator[Starter]:
         yield run
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     "app, number",
     [

@@ -49,6 +49,7 @@ def test_error_of_a_simulator_that_returns_no_truth_has_its_name(check_text: Che
 HASTY = "watchdog_s = 0.4\nanswer_s = 0.3\n"
 
 
+@pytest.mark.slow
 def test_note_that_cannot_be_written_does_not_block_the_watchdog(
     perform: Runner, hasty: RunRequest, gate: threading.Event, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -81,6 +82,7 @@ def gate() -> Iterator[threading.Event]:
     event.set()
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("is_burning", [False, True])
 def test_app_that_does_not_return_is_stopped(
     perform: Runner, backend: RigBackend, hasty: RunRequest, gate: threading.Event, *, is_burning: bool
@@ -113,6 +115,7 @@ def hang_motor(rig: Rig, gate: threading.Event) -> None:
     rig.left.on_command = lambda _: gate.wait()
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("hang, device", [(hang_sensor, "nose"), (hang_simulator, None), (hang_motor, "left_motor")])
 def test_error_of_a_part_that_hangs_has_its_name_and_the_motors_stop(
     perform: Runner,
@@ -134,6 +137,7 @@ def test_error_of_a_part_that_hangs_has_its_name_and_the_motors_stop(
         assert backend.rig.left.releases == 1
 
 
+@pytest.mark.slow
 def test_stop_that_hangs_at_the_end_is_reported_and_the_other_motor_stops(
     perform: Runner, backend: RigBackend, hasty: RunRequest, gate: threading.Event, check_text: CheckText
 ) -> None:
@@ -147,6 +151,7 @@ def test_stop_that_hangs_at_the_end_is_reported_and_the_other_motor_stops(
     assert backend.rig.right.sent[-1] == 0.0
 
 
+@pytest.mark.slow
 def test_every_motor_whose_stop_hangs_at_the_end_is_named(
     perform: Runner, backend: RigBackend, hasty: RunRequest, gate: threading.Event, check_text: CheckText
 ) -> None:
@@ -170,6 +175,7 @@ def test_slow_stop_of_a_simulated_motor_is_no_hang(perform: Runner, backend: Rig
     check_text(result.reason)
 
 
+@pytest.mark.slow
 def test_observer_that_hangs_ends_the_run(
     perform: Runner,
     backend: RigBackend,
@@ -220,6 +226,7 @@ def test_dragged_window_ends_no_run(
     assert perform(drive_then(drag), replace(hasty, gui=True)).outcome is Outcome.SUCCESS
 
 
+@pytest.mark.slow
 def test_backend_that_does_not_open_the_robot_ends_the_run(
     perform: Runner, backend: RigBackend, gate: threading.Event, monkeypatch: pytest.MonkeyPatch
 ) -> None:

@@ -31,6 +31,7 @@ def measure_texel(sheet: FloorSheet) -> float:
     return float((right - left) / columns)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     "text", [COURSE, COURSE + LINE, COURSE.replace("colour =", PATTERN) + LINE], ids=["picture", "lines", "pattern"]
 )

@@ -130,6 +130,7 @@ def test_files_are_sent_with_the_modules_beside_them_and_keep_their_names_and_ch
     assert {record.result.world for record in records.values()} == {"mine"}
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("joins_later", [False, True])
 def test_workers_with_other_code_are_refused(lab: str, monkeypatch: pytest.MonkeyPatch, *, joins_later: bool) -> None:
     monkeypatch.setattr("robotcore.sweep.fingerprint._compute_package_digest", lambda name: "changed")
@@ -140,6 +141,7 @@ def test_workers_with_other_code_are_refused(lab: str, monkeypatch: pytest.Monke
     assert (raised.value.kind, "The same command" in str(raised.value)) == ("worker-mismatch", joins_later)
 
 
+@pytest.mark.slow
 def test_a_sweep_ends_if_the_workers_are_gone_with_their_results(
     monkeypatch: pytest.MonkeyPatch, raises: Raises
 ) -> None:

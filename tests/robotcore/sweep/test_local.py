@@ -159,6 +159,7 @@ def test_ctrl_c_while_workers_start_is_reported_once(app_file: AppFile, tmp_path
     assert "Traceback" not in done.stderr
 
 
+@pytest.mark.slow
 def test_closing_the_generator_ends_the_running_run(app_file: AppFile, tmp_path: Path) -> None:
     """A fixture checks after each test that no process still runs."""
     first = tmp_path / "first"
@@ -189,6 +190,7 @@ def test_at_most_two_outputs_a_job_wait_for_a_slow_consumer(monkeypatch: pytest.
         next(outputs)  # closing ends the thread that waits
 
 
+@pytest.mark.slow
 def test_workers_compute_with_one_thread_and_block_no_signals(app_file: AppFile) -> None:
     threads = "(cv2.getNumThreads(), os.environ['OPENBLAS_NUM_THREADS']) == (1, '1')"
     code = f"assert {threads} and not signal.pthread_sigmask(signal.SIG_BLOCK, ())"

@@ -33,6 +33,7 @@ def test_an_app_that_cannot_be_imported_is_refused_by_its_file(
         preflight(make_sweep(app), load_s=0.5)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     "app, judge, has_verify",
     [("green-search", None, True), ("mark-green", None, False), ("mark-green", "green-search", True)],
@@ -50,17 +51,20 @@ def test_a_module_beside_an_app_may_have_the_name_of_a_package(app_file: AppFile
     preflight(replace(sweep, request=replace(sweep.request, judge="green-search")))
 
 
+@pytest.mark.slow
 def test_standard_input_is_empty_during_an_import(app_file: AppFile, raises: Raises) -> None:
     with raises(BehaviourError, "app-not-importable"):
         preflight(make_sweep(app_file(head="input()")))
 
 
+@pytest.mark.slow
 def test_an_error_at_import_comes_with_its_traceback(app_file: AppFile, raises: Raises) -> None:
     with raises(BehaviourError, "app-not-importable") as raised:
         preflight(make_sweep(app_file(head="1 / 0")))
     assert 'odd.py", line 5, in <module>\n    1 / 0' in raised.value.traceback
 
 
+@pytest.mark.slow
 def test_a_backend_that_ends_the_process_is_refused(app_file: AppFile, raises: Raises) -> None:
     app = Path(app_file())
     app.write_text(app.read_text() + "\n    stopping = property(lambda self: os._exit(7))\n")

@@ -33,6 +33,7 @@ def test_an_error_of_robotcore_comes_back_unchanged(child: WorkerProcess) -> Non
     assert (str(raised.value), vars(raised.value)) == (str(error), vars(error))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("function, arguments", [(int, ("x",)), (Lock, ())], ids=["exception", "no JSON"])
 def test_another_exception_comes_back_as_text_and_the_process_continues(
     child: WorkerProcess, function: Callable[..., object], arguments: tuple[object, ...], raises: Raises
@@ -67,6 +68,7 @@ def test_a_reply_makes_no_object_but_an_error_of_robotcore(name: str, check_text
     check_text(raised.value)
 
 
+@pytest.mark.slow
 def test_a_reply_cannot_replace_the_exit_status_of_an_error(child: WorkerProcess) -> None:
     state = {"exit_status": 0, "__str__": "", "kind": "forged"}
     line = json.dumps({"result": None, "error": {"robotcore.errors": ["DeployError", ["forged"], state]}})
@@ -97,6 +99,7 @@ def test_a_process_that_cannot_be_started_is_reported(
         child.call(os.getpid, limit_s=30)
 
 
+@pytest.mark.slow
 def test_a_killed_worker_ends_its_call_and_takes_no_other(child: WorkerProcess) -> None:
     child.call(os.getpid, limit_s=30)
     errors: list[Exception] = []

@@ -56,6 +56,7 @@ SOUND = (
 )
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("suite", SOUND)
 def test_sound_driver_fails_no_rule(suite: type[ConformanceSuite]) -> None:
     assert find_failing_rules(suite) == set()

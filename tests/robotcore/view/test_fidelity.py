@@ -4,22 +4,16 @@ from __future__ import annotations
 
 from dataclasses import replace
 
-import numpy as np
 import pytest
-from numpy.typing import NDArray
 from rich.console import Console
 
-from robotcore.canvas import PAPER, Canvas
 from robotcore.description import load_robot
 from robotcore.fidelity.fidelity import Fidelity, measure_fidelity
 from robotcore.view.fidelity_picture import RECORDED, SIMULATED, draw_fidelity
 from robotcore.view.fidelity_table import build_rows, format_fidelity
-from robotcore.view.line_chart import Axis, Box, Curve, draw_chart
 from robotcore.view.page import MAP, SIDE, TOP
 from tests.robotcore.fidelity.drives import record, write_truth
 from tests.texts import CheckText
-
-RED = (250, 10, 10)
 
 
 @pytest.fixture(scope="module")
@@ -49,12 +43,12 @@ def test_each_measure_has_a_row_and_an_unknown_one_has_a_dash(fidelity: Fidelity
     rows = {row[0]: row[1:] for row in build_rows(fidelity)}
     assert list(rows)[:4] == ["path, at the end", "path, largest", "path, mean", "path, heading"]
     assert {"left wheel, RMS", "right wheel, largest", "nose, median", "nose, no echo", "eye, grey"} <= rows.keys()
-    first, second = fidelity.columns
+    first, second = fidelity.simulations
     other = replace(second, differences=replace(second.differences, path=None, ranges={}))
-    rows = {row[0]: row[1:] for row in build_rows(replace(fidelity, columns=(first, other)))}
+    rows = {row[0]: row[1:] for row in build_rows(replace(fidelity, simulations=(first, other)))}
     assert rows["path, mean"][1] == rows["nose, median"][1] == "–"
     one = replace(first, differences=replace(first.differences, path=None))
-    assert "path, mean" not in {row[0] for row in build_rows(replace(fidelity, columns=(one, other)))}
+    assert "path, mean" not in {row[0] for row in build_rows(replace(fidelity, simulations=(one, other)))}
 
 
 def test_texts_of_a_recording_are_escaped(fidelity: Fidelity, check_text: CheckText) -> None:
@@ -64,6 +58,7 @@ def test_texts_of_a_recording_are_escaped(fidelity: Fidelity, check_text: CheckT
     check_text(render(replace(fidelity, recording=recording, notes=("\x1b]0;PWNED\x07",))).splitlines()[0])
 
 
+@pytest.mark.slow
 def test_the_picture_shows_all_paths_and_charts(fidelity: Fidelity) -> None:
     picture = draw_fidelity(fidelity)[:, :, ::-1]
     assert picture.shape == (1000, 1600, 3)
@@ -71,33 +66,10 @@ def test_the_picture_shows_all_paths_and_charts(fidelity: Fidelity) -> None:
     for colour in (RECORDED, *SIMULATED):
         for part in (world, side):
             assert (part == colour).all(axis=2).sum() > 50
-    one = draw_fidelity(replace(fidelity, columns=fidelity.columns[:1]))[:, :, ::-1]
+    one = draw_fidelity(replace(fidelity, simulations=fidelity.simulations[:1]))[:, :, ::-1]
     assert not (one == SIMULATED[1]).all(axis=2)[:, SIDE:].any()
 
 
+@pytest.mark.slow
 def test_a_run_without_a_world_is_drawn_on_an_empty_floor(fidelity: Fidelity) -> None:
     assert draw_fidelity(replace(fidelity, world=None)).shape == (1000, 1600, 3)
-
-
-def draw(values: list[float], duration: float = 2.0) -> NDArray[np.bool_]:
-    canvas, times = Canvas(400, 200, PAPER), np.linspace(0.0, 2.0, len(values))
-    draw_chart(canvas, Box(0, 0, 400, 200), "speed", [Curve(times, np.array(values), RED, 3.0)], duration)
-    return np.asarray((canvas.render()[:, :, ::-1] == RED).all(axis=2))
-
-
-def test_a_curve_has_a_gap_at_values_that_are_not_finite() -> None:
-    drawn = draw([1.0, 1.0, 1.0, np.nan, np.inf, 1.0, 1.0]).any(axis=0)
-    columns = np.flatnonzero(drawn)
-    assert (np.diff(columns) > 50).sum() == 1
-    assert not draw([np.nan, np.inf]).any()
-
-
-def test_the_time_axis_ends_with_the_run() -> None:
-    assert np.flatnonzero(draw([1.0, 2.0], 2.0).any(axis=0)).max() > 390
-    assert np.flatnonzero(draw([1.0, 2.0], 4.0).any(axis=0)).max() == pytest.approx(44 + 178, abs=4)
-
-
-def test_an_axis_maps_arrays_as_it_maps_numbers() -> None:
-    axis = Axis(-1.0, 3.0, 100.0, 20.0)
-    values = np.array([-1.0, 0.5, 3.0])
-    assert axis.at_all(values).tolist() == [axis.at(value) for value in values]

@@ -44,6 +44,7 @@ def list_colours_near(image: Image, x: float, y: float, reach: int = 2) -> list[
     return [(int(red), int(green), int(blue)) for red, green, blue in patch]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("scale", [1, 60], ids=["enlarged", "shrunk"])
 def test_picture_on_the_floor_is_drawn(figure: RunFigure, tmp_path: Path, scale: int) -> None:
     lines = "[[lines]]\nwidth_m = 0.1\npoints_m = [[0.0, -0.4], [1.0, -0.4]]\n"
@@ -71,6 +72,7 @@ def find_pixel(figure: RunFigure, x: float, y: float) -> tuple[float, float]:
     return column + EDGE, row + TOP
 
 
+@pytest.mark.slow
 def test_ball_obstacles_robot_and_path_are_drawn_in_their_colours(figure: RunFigure) -> None:
     assert figure.world
     assert figure.world.target
@@ -84,6 +86,7 @@ def test_ball_obstacles_robot_and_path_are_drawn_in_their_colours(figure: RunFig
         assert colours[step.state] in list_colours_near(image, *find_pixel(figure, step.pose.x, step.pose.y), reach=4)
 
 
+@pytest.mark.slow
 def test_milestones_at_one_pose_do_not_hide_each_other(figure: RunFigure) -> None:
     figure.track.points = [step._replace(pose=figure.track.points[0].pose) for step in figure.track.points]
     image = draw_figure(figure)
@@ -99,6 +102,7 @@ def test_the_map_shows_a_robot_that_left_the_floor(figure: RunFigure) -> None:
     assert x < EDGE + MAP
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("shape", [(240, 320, 3), (240, 320), (480, 320, 3)])
 def test_the_last_picture_is_beside_the_map_in_colour_or_grey(figure: RunFigure, shape: tuple[int, ...]) -> None:
     seen = np.full(shape, 77, np.uint8)

@@ -79,6 +79,7 @@ def test_drawing_reads_no_device(mock: MockRobot) -> None:
     assert mock.layered.range.read().distance == 0.84  # the first reading of the script
 
 
+@pytest.mark.slow
 def test_path_is_drawn_in_the_world(mock: MockRobot) -> None:
     world = load_world("arena")
     plain = crop_map(draw_robot(mock.layered, mock.description, world=world).image)
@@ -88,6 +89,7 @@ def test_path_is_drawn_in_the_world(mock: MockRobot) -> None:
     assert count_colour(drawn, world.target.colour) > 50
 
 
+@pytest.mark.slow
 def test_path_without_a_world_is_drawn_on_an_empty_floor(mock: MockRobot) -> None:
     drawn = crop_map(draw_robot(mock.layered, mock.description, PATH).image)
     assert count_colour(drawn, SERIES[0]) > 500
@@ -102,6 +104,7 @@ def test_map_takes_the_place_of_the_world(mock: MockRobot) -> None:
     assert min(count_colour(drawn, SERIES[0]), count_colour(drawn, BAD)) > 100
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("grid", [None, OccupancyGrid()], ids=["floor", "map"])
 @pytest.mark.parametrize("lost", [Pose(math.nan, 0.0, 0.0), Pose(0.0, math.inf, 0.0), Pose(0.0, 0.0, math.nan)])
 def test_pose_of_an_invalid_encoder_value_is_left_out(mock: MockRobot, lost: Pose, grid: OccupancyGrid | None) -> None:
@@ -114,6 +117,7 @@ def test_robot_far_outside_of_the_map_is_not_drawn() -> None:
     np.testing.assert_array_equal(grid.draw(Pose(1e9, 0.0, 0.0), [(-1e9, 0.0), (math.nan, 0.0)]), grid.draw())
 
 
+@pytest.mark.slow
 def test_picture_is_saved_and_shown_as_png(mock: MockRobot, tmp_path: Path) -> None:
     picture = draw_robot(mock.layered, mock.description, PATH)
     picture.save(str(tmp_path / "now.png"))

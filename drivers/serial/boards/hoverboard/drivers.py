@@ -11,7 +11,7 @@ from pydantic import Field
 from drivers.serial.boards.drivers import BatteryDriver, BoardDriver, EncoderDriver, MotorDriver
 from drivers.serial.boards.hoverboard.protocol import LIMIT, STANDING, STOP, HoverboardProtocol, Mixer
 from robotcore.description import RobotDescription
-from robotcore.hal.device_tester import REVERSED
+from robotcore.hal.device_test import REVERSED
 from robotcore.hardware import Connection, DeviceContext, Drivers
 from robotcore.hardware.motor_control import Control, open_motor, require_drivable
 from robotcore.hardware.motor_model import Model, OutputMotor

@@ -101,6 +101,7 @@ def test_too_little_light_gives_no_new_sample_and_a_row_of_it_gives_inf(bench: B
     assert sensor.read().distance == math.inf
 
 
+@pytest.mark.slow
 def test_without_a_first_result_opening_raises_and_closes_the_bus(bench: Bench, raises: Raises) -> None:
     bench.chip.status = bench.kind.unclear
     with raises(DeviceError, "no-sample-yet"):

@@ -64,6 +64,7 @@ def test_a_module_that_times_out_late_is_not_triggered_before_its_echo_ends() ->
     assert (sensor.read().distance, sensor.read().time) == pytest.approx((math.inf, 0.30))
 
 
+@pytest.mark.slow
 def test_without_an_answer_opening_raises_and_frees_the_pins(raises: Raises) -> None:
     bench = Bench([NO_PULSE])
     with raises(DeviceError, "trigger-unanswered"):
@@ -99,6 +100,7 @@ def test_while_the_echo_stays_high_read_raises_and_there_is_no_trigger(raises: R
     assert (sensor.read().distance, sensor.read().sequence) == pytest.approx((0.8, 1))
 
 
+@pytest.mark.slow
 def test_an_echo_that_is_high_from_the_start_makes_opening_raise(raises: Raises) -> None:
     bench = Bench([build_echo(1.0)])
     bench.module.echo._get_state = lambda: True

@@ -98,6 +98,7 @@ def test_the_ground_truth_is_that_of_the_true_robot(tmp_path: Path) -> None:
         assert true.pose.x - world.start.x_m == pytest.approx(rolled, abs=0.003)
 
 
+@pytest.mark.slow
 def test_a_sensor_without_a_table_never_answers(tmp_path: Path, raises: Raises) -> None:
     with open_robot(write_truth(tmp_path, remove_device("left_encoder"))) as robot:
         assert drive(robot, {"left_motor": 5.0, "right_motor": 5.0}) == pytest.approx((0.0, 5.0), abs=0.2)
@@ -186,6 +187,7 @@ def test_a_truth_that_cannot_be_loaded_is_refused(tmp_path: Path, raises: Raises
         VirtualPiBackend().notes(replace(setup, robot=load_robot("lookout"), options={"truth": "rover"}))
 
 
+@pytest.mark.slow
 def test_the_robots_own_file_as_the_truth_changes_no_run() -> None:
     plain = run(RunRequest("avoid-obstacles", "virtualpi", seed=3, settings={"duration_s": "3"}))
     same = run(

@@ -64,6 +64,7 @@ def bench(tmp_path: Path) -> Iterator[Bench]:
         bench.close()
 
 
+@pytest.mark.slow
 def test_the_guardian_stops_the_board_of_a_killed_program(bench: Bench, check_text: CheckText) -> None:
     bench.wait_for_frame(TURN)
     bench.wait_for_frame(STOP, bench.program.kill)
@@ -138,6 +139,7 @@ def test_a_stop_without_a_run_is_confirmed_by_the_board(tmp_path: Path, powered:
     assert powered.board.received == 2 * STOP
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("is_deaf", [True, False])
 def test_a_stop_that_the_board_does_not_confirm_is_an_error(
     tmp_path: Path, powered: Powered, monkeypatch: pytest.MonkeyPatch, raises: Raises, *, is_deaf: bool
@@ -149,6 +151,7 @@ def test_a_stop_that_the_board_does_not_confirm_is_an_error(
         stop_without_run(tmp_path / "board", "the answer of another board")
 
 
+@pytest.mark.slow
 def test_a_stop_is_sent_again_until_the_board_has_started(tmp_path: Path, powered: Powered) -> None:
     assert isinstance(powered.board, AnsweringBoard)
     powered.board.is_deaf = True

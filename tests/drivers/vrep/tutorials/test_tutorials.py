@@ -15,6 +15,7 @@ from tests.drivers.vrep.tutorials import bubblerob_reflex, camera_relay
 from tests.texts import CheckText
 
 
+@pytest.mark.slow
 def test_bubblerob_backs_up_after_a_detection_and_drives_on() -> None:
     simulator = bubblerob_scene()
     post = simulator.graph.find("/post0")

@@ -98,6 +98,7 @@ def test_a_turn_reports_no_range_guard() -> None:
     assert drive(lambda robot: turn(robot, 7.0), world="arena").result.outcome is Outcome.SUCCESS
 
 
+@pytest.mark.slow
 def test_a_turn_after_a_stop_by_the_range_guard_ends_at_its_angle() -> None:
     def route(robot: Robot) -> Routine[object]:
         with pytest.raises(BlockedError):

@@ -116,6 +116,7 @@ DAMAGES: dict[str, Callable[[Path], object]] = {
 }
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("damage", DAMAGES)
 def test_damaged_map_is_refused(damage: str, file: Path) -> None:
     DAMAGES[damage](file)

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 import robotcore
-from robotcore.calibration.camera.delay import Heading, TimedPicture, TurnRecord, draw_delay, fit_delay, shrink
+from robotcore.calibration.camera.delay import Heading, TimedPicture, TurnRecord, build_delay_chart, fit_delay, shrink
 from robotcore.calibration.camera.measuring import find_heading_source, record_turn
 from robotcore.errors import CalibrationError
 from robotcore.hal.robot import Role
@@ -110,7 +110,7 @@ def test_the_delay_of_a_simulated_camera_is_its_latency() -> None:
         assert find_heading_source(robot) == "left_encoder"
     fit = fit_delay(made, 1.0821, TICK_S)
     assert fit.latency_s == pytest.approx(0.0, abs=0.005)
-    assert draw_delay(fit, "eye").series[0].points
+    assert len(build_delay_chart(fit, "eye").series[0].xs) == len(fit.shifts_s)
     late = TurnRecord()
     late.headings, late.ages = made.headings, [0.0] * len(made.ages)
     late.stamps = [stamp + 0.1 for stamp in made.stamps]

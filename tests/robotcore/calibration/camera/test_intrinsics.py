@@ -93,11 +93,13 @@ def test_a_board_that_is_not_flat_is_refused(raises: Raises) -> None:
         fit_intrinsics(selection, BOARD)
 
 
+@pytest.mark.slow
 def test_few_pictures_are_refused(raises: Raises) -> None:
     with raises(CalibrationError, "too-few-views", hide=["2 pictures", "3 pictures", "1 picture"]):
         fit(take_pictures(3))
 
 
+@pytest.mark.slow
 def test_a_board_of_another_size_is_named(raises: Raises) -> None:
     other = Board(8, 6, 0.025)
     tilts = (np.array((0.1 * number, 0.2, 0.0)) for number in range(2))
@@ -158,6 +160,7 @@ def test_a_live_view_counts_only_if_the_board_stands_still() -> None:
     assert not selection.add_still(None)
 
 
+@pytest.mark.slow
 def test_a_refined_corner_is_exact_to_a_tenth_of_a_pixel() -> None:
     camera = TrueCamera(320, 240, 300.0, (159.5, 119.5))
     position = np.array([-0.1, -0.06, 0.4])

@@ -12,8 +12,8 @@ from robotcore.calibration.drive.geometry_fit import (
     fit_radius_ratio,
     fit_track,
 )
+from robotcore.calibration.excitation_runs import Displacement
 from robotcore.calibration.least_squares import Estimate
-from robotcore.calibration.probing import Displacement
 from robotcore.errors import CalibrationError
 from robotcore.geometry import Pose
 from tests.texts import Raises

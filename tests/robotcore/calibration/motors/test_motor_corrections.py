@@ -5,12 +5,12 @@ from typing import Any
 
 import pytest
 
+from robotcore.calibration.calibrated_robot import CalibratedRobot
 from robotcore.calibration.least_squares import Estimate
 from robotcore.calibration.motors.measurement import MotorResult
-from robotcore.calibration.motors.motor_corrections import correct_motor
+from robotcore.calibration.motors.motor_corrections import list_motor_corrections
 from robotcore.calibration.motors.response import Response
 from robotcore.calibration.motors.velocity_curve import VelocityCurve
-from robotcore.calibration.probing_robot import CalibratedRobot
 from robotcore.hal.backend import load_backend
 
 ROVER = CalibratedRobot.load("rover", load_backend("virtualpi"), {})
@@ -29,12 +29,12 @@ def build_result(
 
 
 def list_needed(result: MotorResult, robot: CalibratedRobot = ROVER) -> dict[str, float]:
-    return {each.name: each.new for each in correct_motor(result, robot) if each.is_needed}
+    return {each.name: each.new for each in list_motor_corrections(result, robot) if each.is_needed}
 
 
 def test_a_file_that_is_right_needs_no_correction() -> None:
     assert list_needed(build_result()) == {}
-    assert len(correct_motor(build_result(), ROVER)) == 4
+    assert len(list_motor_corrections(build_result(), ROVER)) == 4
 
 
 def test_each_property_is_corrected_in_its_table() -> None:
@@ -78,4 +78,4 @@ def test_no_trim_replaces_wheels_of_other_sizes() -> None:
 
 def test_a_simulator_without_models_has_only_the_lag() -> None:
     robot = replace(ROVER, section=None, models={})
-    assert [each.name for each in correct_motor(build_result(), robot)] == ["left_motor.lag_s"]
+    assert [each.name for each in list_motor_corrections(build_result(), robot)] == ["left_motor.lag_s"]

@@ -5,10 +5,10 @@ import math
 import numpy as np
 import pytest
 
+from robotcore.calibration.excitation import CommandStep
 from robotcore.calibration.motors.plans import LEVELS
 from robotcore.calibration.motors.response import fit_response, shorten_rests
 from robotcore.calibration.motors.velocity_curve import CurvePoint, fit_velocity_curve
-from robotcore.calibration.probe import CommandStep
 from robotcore.errors import CalibrationError
 from robotcore.hardware.motor_model import MotorModel
 from tests.robotcore.calibration.wheels import list_steps, turn_wheel

@@ -5,8 +5,8 @@ from random import Random
 
 import pytest
 
+from robotcore.calibration.excitation_runs import Displacement
 from robotcore.calibration.motors.tape_fit import PresentMotor, TapeDrive, fit_tape
-from robotcore.calibration.probing import Displacement
 from robotcore.errors import CalibrationError
 from robotcore.geometry import DifferentialGeometry, Pose
 from robotcore.hardware.motor_model import MotorModel

@@ -4,9 +4,9 @@ from collections.abc import Callable
 
 import pytest
 
+from robotcore.calibration.excitation import ExcitationLog, ExcitationStep, Side
 from robotcore.calibration.motors.plans import plan_wheel_check
 from robotcore.calibration.motors.wheel_check import check_wheels
-from robotcore.calibration.probe import ProbeLog, ProbeStep, Side
 from robotcore.errors import CalibrationError
 from tests.texts import Raises
 
@@ -15,12 +15,12 @@ ENCODERS: dict[Side, dict[str, str]] = {
     "right": {"right_motor": "right_encoder"},
 }
 RESOLUTIONS = {"left_encoder": 0.1, "right_encoder": 0.1}
-Turn = Callable[[ProbeStep], float]
+Turn = Callable[[ExcitationStep], float]
 
 
-def log_checks(left: Turn, right: Turn, *, is_alone: bool = True) -> ProbeLog:
+def log_checks(left: Turn, right: Turn, *, is_alone: bool = True) -> ExcitationLog:
     """Return the log of the first steps of a plan. ``left`` and ``right`` return the velocity of an encoder."""
-    log, time, angles = ProbeLog(), 0.0, [0.0, 0.0]
+    log, time, angles = ExcitationLog(), 0.0, [0.0, 0.0]
     for step in plan_wheel_check(1.0, turns_on_spot=is_alone):
         log.begin(time, step)
         for _ in range(round(step.duration_s / 0.01)):

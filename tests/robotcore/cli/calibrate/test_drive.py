@@ -7,8 +7,9 @@ from typing import Any
 
 import pytest
 
-from robotcore.calibration.probe import TruthKeeper
-from robotcore.calibration.probing_robot import CalibratedRobot
+from robotcore.calibration.calibrated_robot import CalibratedRobot
+from robotcore.calibration.excitation import TruePoseObserver
+from robotcore.cli.person import TerminalPerson
 from robotcore.description import load_robot
 from robotcore.geometry import wrap_angle
 from tests.robotcore.cli.calibrate.robots import IMU, Changes, write_robot
@@ -72,49 +73,47 @@ def test_a_reference_that_the_robot_lacks_is_refused(cli: Cli, check_text: Check
 
 
 @pytest.fixture
-def real_robot(monkeypatch: pytest.MonkeyPatch) -> list[TruthKeeper]:
+def real_robot(monkeypatch: pytest.MonkeyPatch) -> list[TruePoseObserver]:
     """Hide the ground truth from the calibration, and return the keepers that know it."""
-    keepers: list[TruthKeeper] = []
-    begin = TruthKeeper.begin
+    keepers: list[TruePoseObserver] = []
+    begin = TruePoseObserver.begin
 
-    def hide(keeper: TruthKeeper, run: Any) -> None:
-        hidden = TruthKeeper()
+    def hide(keeper: TruePoseObserver, run: Any) -> None:
+        hidden = TruePoseObserver()
         begin(hidden, run)
         keepers.append(hidden)
 
-    def forward(keeper: TruthKeeper, record: Any) -> None:
+    def forward(keeper: TruePoseObserver, record: Any) -> None:
         TICK(keepers[-1], record)
 
-    monkeypatch.setattr(TruthKeeper, "begin", hide)
-    monkeypatch.setattr(TruthKeeper, "tick", forward)
+    monkeypatch.setattr(TruePoseObserver, "begin", hide)
+    monkeypatch.setattr(TruePoseObserver, "tick", forward)
     monkeypatch.setattr(CalibratedRobot, "is_simulated", False)
     return keepers
 
 
-TICK = TruthKeeper.tick
+TICK = TruePoseObserver.tick
 
 
 def test_a_person_measures_a_real_robot(
-    cli: Cli, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, real_robot: list[TruthKeeper]
+    cli: Cli, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, real_robot: list[TruePoseObserver]
 ) -> None:
     own, truth = write_robot(tmp_path, "own"), write_robot(tmp_path, "truth", *OTHER_DRIVE)
 
-    class Person(io.StringIO):
-        """Answers each question about the last motion. A question about a distance comes in two parts."""
-
-        def readline(self, *_arguments: Any) -> str:  # type: ignore[override]  # of IOBase, with bytes
-            prompt = prompts[-1]
-            if "Press Enter" in prompt:
-                return "\n"
-            keeper = real_robot[-1]
-            assert keeper.displacement
-            if "degrees" in prompt:
-                return f"{math.degrees(wrap_angle(keeper.turned)):.1f}\n"
-            return f"{abs(keeper.displacement[0]) if 'along' in prompt else keeper.displacement[1]:.3f}\n"
+    def read_line(_person: TerminalPerson, prompt: str) -> str:
+        """Answer a question about the last motion. A question about a distance comes in two parts."""
+        prompts.append(prompt)
+        if "press Enter" in prompt:
+            return ""
+        keeper = real_robot[-1]
+        assert keeper.displacement
+        if "degrees" in prompt:
+            return f"{math.degrees(wrap_angle(keeper.turned)):.1f}"
+        return f"{abs(keeper.displacement[0]) if 'along' in prompt else keeper.displacement[1]:.3f}"
 
     prompts: list[str] = []
-    monkeypatch.setattr("robotcore.cli.calibrate._session.click.echo", lambda text="", **_: prompts.append(str(text)))
-    monkeypatch.setattr("sys.stdin", Person())
+    monkeypatch.setattr("robotcore.cli.person.has_terminal", lambda: True)
+    monkeypatch.setattr(TerminalPerson, "read_line", read_line)
     answer = calibrate(cli, own, *with_truth(truth), "--turns-by", "tape", "--turns", "3", "--write")
     assert answer.status == 0, answer.err
     drive = load_robot(own).drive
@@ -126,10 +125,15 @@ def test_a_person_measures_a_real_robot(
     )  # one turn first, so that the rest of many turns is clear
 
 
-def test_without_answers_a_real_robot_does_not_move(
-    cli: Cli, monkeypatch: pytest.MonkeyPatch, real_robot: list[TruthKeeper], check_text: CheckText
+@pytest.mark.parametrize("more", [(), ("--yes",)], ids=["asks", "yes"])
+def test_without_a_person_who_measures_a_real_robot_does_not_move(
+    more: tuple[str, ...],
+    cli: Cli,
+    monkeypatch: pytest.MonkeyPatch,
+    real_robot: list[TruePoseObserver],
+    check_text: CheckText,
 ) -> None:
     monkeypatch.setattr("sys.stdin", io.StringIO(""))
-    answer = calibrate(cli, "rover")
+    answer = calibrate(cli, "rover", *more)
     assert (answer.status, real_robot) == (2, [])
     check_text(answer.err)

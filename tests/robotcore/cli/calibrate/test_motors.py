@@ -7,7 +7,8 @@ from typing import Any
 import cv2
 import pytest
 
-from robotcore.calibration.probe import ProbeLog
+from robotcore.calibration.calibrated_robot import CalibratedRobot
+from robotcore.calibration.excitation import ExcitationLog
 from robotcore.description import load_robot
 from tests.robotcore.cli.calibrate.robots import DEAD_ENCODER, IMU, OTHER_MOTORS, REVERSED_ENCODER, Changes, write_robot
 from tests.robotcore.cli.conftest import Cli
@@ -89,19 +90,30 @@ def test_a_faulty_encoder_is_named_and_nothing_is_written(
     check_text(answer.err)
 
 
+def test_a_real_robot_moves_only_after_a_confirmation(
+    cli: Cli, monkeypatch: pytest.MonkeyPatch, check_text: CheckText
+) -> None:
+    monkeypatch.setattr(CalibratedRobot, "is_simulated", False)
+    monkeypatch.setattr("sys.stdin", None)
+    refused = calibrate(cli, "rover")
+    assert refused.status == 2
+    check_text(refused.err)
+    assert calibrate(cli, "rover", None, "--yes").status == 0
+
+
 def test_an_interruption_ends_the_run_and_leaves_the_file(
     cli: Cli, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     own, truth = write_robot(tmp_path, "own"), write_robot(tmp_path, "truth", *OTHER_MOTORS)
-    before, add, sent = Path(own).read_text(), ProbeLog.add_sent, []
+    before, add, sent = Path(own).read_text(), ExcitationLog.add_sent, []
 
-    def interrupt(log: ProbeLog, time: float, velocities: Any) -> None:
+    def interrupt(log: ExcitationLog, time: float, velocities: Any) -> None:
         add(log, time, velocities)
         sent.append(time)
         if len(sent) == 300:
             signal.raise_signal(signal.SIGINT)
 
-    monkeypatch.setattr(ProbeLog, "add_sent", interrupt)
+    monkeypatch.setattr(ExcitationLog, "add_sent", interrupt)
     answer = calibrate(cli, own, truth, "--write")
     assert answer.status == 130
     assert Path(own).read_text() == before

@@ -80,6 +80,7 @@ def test_environment_has_its_requirements_and_is_found_by_them(robot: Layout, en
     assert environments.find_environment(robot, EnvironmentSpec(requirements, "cpython-399 aarch64")) is None
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("version, is_fit", [(pytest.__version__, True), ("0.1", False), (None, False)])
 def test_incomplete_environment_and_one_for_another_system_package_are_not_used(
     robot: Layout, environment: Path, version: str | None, *, is_fit: bool
@@ -128,6 +129,7 @@ def test_requirement_that_looks_like_an_option_is_refused(environment: Path, tmp
     assert not canary.exists()
 
 
+@pytest.mark.slow
 def test_pip_is_killed_if_the_report_raises(environment: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     def fail_to_report(text: str) -> None:
         raise BrokenPipeError

@@ -167,6 +167,7 @@ def test_result_of_an_earlier_check_is_ignored(layout: Layout, systemd: Scripted
     assert releases.read_current(layout) == NEW
 
 
+@pytest.mark.slow
 def test_failed_release_does_not_run_even_if_no_link_can_be_made(
     layout: Layout, systemd: ScriptedSystemd, check: HealthCheck
 ) -> None:

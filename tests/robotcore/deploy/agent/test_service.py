@@ -71,6 +71,7 @@ def test_process_becomes_the_app_in_the_projects_folder(layout: Layout, systemd:
     assert ran["here"] == str(folder / "site" / "robotcore" / "__main__.py"), "the folder of the release, not the link"
 
 
+@pytest.mark.slow
 def test_each_run_records_in_a_file_of_its_own(layout: Layout, systemd: Systemd) -> None:
     make_release(layout, OLD, REPORT + "open(sys.argv[3], 'x').close()\n")
     make_current(layout, OLD)
@@ -146,6 +147,7 @@ def test_limits_and_names_are_those_of_the_recorder(tmp_path: Path) -> None:
     assert files.locate_segments(tmp_path / "run.mcap") == segments.locate_segments(tmp_path / "run.mcap")
 
 
+@pytest.mark.slow
 def test_motors_are_stopped_by_the_release_that_ran(layout: Layout, systemd: Systemd, tmp_path: Path) -> None:
     leaves = "import os, sys, pathlib; pathlib.Path.home().joinpath(sys.argv[1] + '.of').write_text(os.getcwd())"
     for name in (OLD, NEW):

@@ -121,6 +121,7 @@ def test_display_that_failed_fails_again_at_the_same_picture() -> None:
     require_equal(recording)
 
 
+@pytest.mark.slow
 @pytest.mark.usefixtures("shell")
 def test_suspension_is_an_intervention_and_no_command() -> None:
     recording = record_run(f"{APPS}:IntermittentApp", disturbance=SUSPENSION, seed=2, timeout_s=2.0)

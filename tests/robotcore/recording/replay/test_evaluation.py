@@ -33,6 +33,7 @@ def test_recorded_app_has_no_difference(search: Recording) -> None:
     assert evaluation.result.trace_sha256 == search.result.trace_sha256
 
 
+@pytest.mark.slow
 def test_other_setting_differs_from_its_first_effect_on(search: Recording) -> None:
     evaluation = evaluate(search, settings={"speed_m_s": "0.1"})
     first_difference = evaluation.first_difference

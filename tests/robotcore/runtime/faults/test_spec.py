@@ -110,6 +110,7 @@ WORDS = st.one_of(st.sampled_from(VALUES), st.text(max_size=8), st.floats().map(
 KEYS = st.sampled_from(["after", "lasts", "every", "field", "size", "value", "model_config", "on", "x"])
 
 
+@pytest.mark.slow
 @settings(max_examples=400, deadline=None, derandomize=True)
 @given(
     st.sampled_from(TARGETS),

@@ -56,6 +56,7 @@ def wait_for_stops(guarding: Guardian) -> Iterator[GuardianReply]:
         yield from guarding.stops()
 
 
+@pytest.mark.slow
 def test_guardian_stops_a_motor_after_the_lease(diary: Path) -> None:
     with Guardian([cutoff(diary)], LEASE_S) as guarding:
         guarding.renew_lease()
@@ -156,6 +157,7 @@ def test_parameters_that_are_not_json_data_are_refused(raises: Raises) -> None:
         Guardian([CutoffSpec("arm", "robotcore.hal.cutoff:Cutoff", {"file": Path()})], LEASE_S)
 
 
+@pytest.mark.slow
 def test_wait_for_the_start_of_a_guardian_is_limited(
     diary: Path, monkeypatch: pytest.MonkeyPatch, process_numbers: list[int], raises: Raises
 ) -> None:
@@ -208,6 +210,7 @@ def test_second_renewal_within_a_moment_sends_nothing(diary: Path) -> None:
         os.kill(number(diary), signal.SIGCONT)
 
 
+@pytest.mark.slow
 def test_guardian_that_reads_no_commands_is_reported(diary: Path, raises: Raises) -> None:
     with Guardian([cutoff(diary)], LEASE_S) as guarding:
         os.kill(number(diary), signal.SIGSTOP)

@@ -28,6 +28,7 @@ def assert_stopped(running: Running) -> None:
     assert set(actions[-len(MOTORS) :]) == on_each("close")
 
 
+@pytest.mark.slow
 def test_the_motors_of_a_killed_app_are_stopped(start: Start, check_text: CheckText) -> None:
     running = start("drives")
     running.process.kill()
@@ -117,6 +118,7 @@ def test_motors_stop_during_a_call_that_holds_the_interpreter_lock_and_drive_aga
         assert on_each("turn", MOTORS[:2]) | on_each("arm") <= set(actions[end:])
 
 
+@pytest.mark.slow
 def test_the_motors_of_a_suspended_app_are_stopped_also_outside_the_drive(start: Start) -> None:
     running = start("grips")
     wait_for(running, "turn gripper")
@@ -149,6 +151,7 @@ def test_guardian_ends_with_its_run(start: Start) -> None:
         os.kill(running.guardian, 0)
 
 
+@pytest.mark.slow
 def test_a_killed_guardian_ends_the_run(start: Start, check_text: CheckText) -> None:
     running = start("drives")
     os.kill(running.guardian, signal.SIGKILL)

@@ -49,6 +49,7 @@ def test_every_cutoff_stops_and_is_closed(diary: Path) -> None:
     assert sorted(actions) == sorted(f"{action} {name}" for action in ("open", "stop", "close") for name in report.done)
 
 
+@pytest.mark.slow
 def test_a_cutoff_that_fails_is_reported_and_does_not_delay_the_others(diary: Path) -> None:
     manners = {"gone": "fails to open", "broken": "fails to stop", "left_motor": "late"}
     report = stop_once(cutoff(diary, name, manner) for name, manner in manners.items())

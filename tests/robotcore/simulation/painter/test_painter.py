@@ -54,6 +54,7 @@ def create_random_view(random: Random, world: WorldDescription, lens: Intrinsics
             return CameraView.of(lens, Mount(z_m=z, pitch_rad=pitch), pose)
 
 
+@pytest.mark.slow
 def test_label_of_each_pixel_is_the_first_body_on_its_ray() -> None:
     for seed in range(20):
         random = Random(seed)
@@ -93,6 +94,7 @@ def create_random_screens(random: Random) -> WorldDescription:
     return room(*screens)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("seed", [14, 36, 47])
 def test_labels_are_correct_for_a_wide_lens_among_many_screens(seed: int) -> None:
     random = Random(seed)

@@ -61,6 +61,7 @@ def test_pixel_of_the_floor_has_the_texel_at_the_end_of_its_ray() -> None:
         assert measure_match(image[near][:, 0], expected) > 0.97, (pitch, pattern)
 
 
+@pytest.mark.slow
 def test_pixel_of_a_prism_has_the_texel_at_the_end_of_its_ray() -> None:
     prisms = box(1.4, 0.7, 0.3, 0.5, yaw=0.4, height=0.5), post(1.2, 0.1, 0.2, height=0.5)
     world = apply_texture(room(*prisms, walls=Walls(height_m=0.5)), COARSE)

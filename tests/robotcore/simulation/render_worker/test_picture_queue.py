@@ -32,8 +32,8 @@ class FakeWorker(RenderWorker):
         self.views.append(view)
         return len(self.views) - 1
 
-    def take(self, number: int, lens: Intrinsics, patience_s: float) -> Image | None:
-        self._clock.sleep_until(self._clock.now() + (patience_s if self.wait_s is None else self.wait_s))
+    def take(self, number: int, lens: Intrinsics, timeout_s: float) -> Image | None:
+        self._clock.sleep_until(self._clock.now() + (timeout_s if self.wait_s is None else self.wait_s))
         return None if self.wait_s is None else PlainRenderer().picture(self.views[number])
 
 
@@ -56,7 +56,7 @@ class Bench:
         before = len(self.here)
         for number in range(pictures):
             x = number % 256
-            assert np.unique(self.queue.begin(build_view(x))()).tolist() == [x]
+            assert np.unique(self.queue.request(build_view(x))()).tolist() == [x]
         return len(self.here) - before
 
 
@@ -81,11 +81,11 @@ def test_the_run_renders_while_the_process_starts(bench: Bench) -> None:
 
 def test_pictures_that_no_app_reads_are_not_rendered(bench: Bench) -> None:
     bench.read(FIRST_PICTURES)
-    renders = [bench.queue.begin(build_view(x)) for x in range(10)]
+    renders = [bench.queue.request(build_view(x)) for x in range(10)]
     assert len(bench.worker.views) == PICTURES
     renders[-1]()
     assert bench.here[-1] == 9
-    bench.queue.begin(build_view(11))
+    bench.queue.request(build_view(11))
     assert len(bench.worker.views) == PICTURES + 1
 
 

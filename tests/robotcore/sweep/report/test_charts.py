@@ -16,24 +16,10 @@ from robotcore.sweep.report.failures import MAX_ENDINGS, count_endings
 from robotcore.sweep.report.maps import draw_maps
 from robotcore.sweep.report.series import build_series, find_goal, list_milestones
 from robotcore.sweep.statistics import compare_backends, group_records
-from robotcore.view.line_chart import Axis
 from tests.robotcore.description.courses import load_course
 from tests.robotcore.sweep.report.samples import PATH, make_fail, make_many, make_pass
 
 ARENA = {"arena": load_world("arena")}
-
-
-@pytest.mark.parametrize(
-    "low, high, ticks",
-    [
-        (0, 100, [0, 20, 40, 60, 80, 100]),
-        (0, 37.2, [0, 10, 20, 30]),
-        (0.3, 1.1, [0.4, 0.6, 0.8, 1.0]),
-        (-3.1, 3.1, [-2, 0, 2]),
-    ],
-)
-def test_an_axis_has_round_numbers(low: float, high: float, ticks: list[float]) -> None:
-    assert Axis(low, high, 0, 1).list_ticks(count=5) == pytest.approx(ticks)
 
 
 def test_a_share_is_a_dot_within_its_interval_and_a_group_without_a_judge_has_none() -> None:

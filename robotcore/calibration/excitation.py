@@ -1,4 +1,4 @@
-"""The app that drives a robot by a plan of commands, and logs the samples of its sensors."""
+"""The excitation of a robot, for its identification: commands by a plan, and the samples of the sensors."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ ROUNDING_S = 1e-6
 """A step has ended if less than this time is left, in seconds, because ticks add rounding errors."""
 
 
-class ProbeStep(NamedTuple):
+class ExcitationStep(NamedTuple):
     """A time during which both commands stay the same."""
 
     duration_s: float
@@ -48,16 +48,16 @@ class CommandStep(NamedTuple):
     """The share of the full command, from -1 to 1. It is a duty for a motor with a model."""
 
 
-class ProbeLog:
-    """The commands and the samples of a probe."""
+class ExcitationLog:
+    """The commands and the samples of an excitation."""
 
     def __init__(self) -> None:
-        self._steps: list[tuple[float, ProbeStep]] = []
+        self._steps: list[tuple[float, ExcitationStep]] = []
         self._sent: list[tuple[float, Wheels]] = []
         self._samples: dict[str, list[tuple[float, float]]] = defaultdict(list)
         self._end = 0.0
 
-    def begin(self, time: float, step: ProbeStep) -> None:
+    def begin(self, time: float, step: ExcitationStep) -> None:
         """Add a step that begins at a time in seconds."""
         self._steps.append((time, step))
 
@@ -112,7 +112,7 @@ class ProbeLog:
         return [float(each) for each in np.diff(np.interp(self.edges, *self.read_series(device)))]
 
 
-class Probe(Behaviour):
+class Excitation(Behaviour):
     """Sends the commands of a plan, and logs the samples of the encoders, the IMU and the range sensors in each tick.
 
     A heading counts whole turns. The robot stands before the first step and after the last one.
@@ -124,8 +124,8 @@ class Probe(Behaviour):
     needs = frozenset({Role.DRIVE})
     wants = frozenset({Encoder, Imu, RangeSensor})
 
-    def __init__(self, steps: Sequence[ProbeStep], full_rad_s: float) -> None:
-        self.steps, self.full_rad_s, self.log = steps, full_rad_s, ProbeLog()
+    def __init__(self, steps: Sequence[ExcitationStep], full_rad_s: float) -> None:
+        self.steps, self.full_rad_s, self.log = steps, full_rad_s, ExcitationLog()
         self._heading = 0.0
         self._last_heading: dict[str, float] = {}
 
@@ -163,8 +163,8 @@ class Probe(Behaviour):
             self.log.add(sensor.name, echo.time, echo.distance)
 
 
-class TruthKeeper:
-    """An observer that keeps the true poses at the beginning and at the end of a run, if a simulator knows them."""
+class TruePoseObserver:
+    """An observer that stores the true poses at the start and at the end of a run on a simulator."""
 
     def __init__(self) -> None:
         self.start: Pose | None = None

@@ -5,7 +5,7 @@ from typing import Any
 
 import pytest
 
-from robotcore.calibration.probing_robot import FULL_RAD_S, CalibratedRobot
+from robotcore.calibration.calibrated_robot import FULL_RAD_S, CalibratedRobot
 from robotcore.description import RobotDescription, load_robot, read_shipped
 from robotcore.errors import DescriptionError, UsageError
 from robotcore.hal.backend import load_backend
@@ -16,13 +16,13 @@ def load(robot: str = "rover", backend: str = "virtualpi", **options: Any) -> Ca
     return CalibratedRobot.load(robot, load_backend(backend), options)
 
 
-def read_probing(robot: CalibratedRobot, *, takes_duties: bool = True) -> RobotDescription:
+def read_excited(robot: CalibratedRobot, *, takes_duties: bool = True) -> RobotDescription:
     with robot.open_file(takes_duties=takes_duties) as file:
         return load_robot(file)
 
 
-def test_a_probe_runs_with_plain_duties_and_without_sensors_that_look_ahead() -> None:
-    own, robot = load(), read_probing(load())
+def test_an_excitation_runs_with_plain_duties_and_without_sensors_that_look_ahead() -> None:
+    own, robot = load(), read_excited(load())
     assert {each.kind for each in robot.devices} == {"motor", "encoder"}
     assert robot.sensors_ahead == ()
     assert robot.drive
@@ -48,11 +48,11 @@ def test_velocity_control_is_off_and_the_greatest_duty_holds(tmp_path: Path) -> 
         .replace("forward_rad_s = 14", "forward_rad_s = 16")
     )
     own = load(str(file))
-    robot = read_probing(own)
+    robot = read_excited(own)
     assert own.max_command == 0.9
     assert "control" not in robot.backends["raspberrypi"]["left_motor"]
     assert robot.first_of("motor").max_velocity_rad_s == pytest.approx(9.0)
-    kept = read_probing(own, takes_duties=False)
+    kept = read_excited(own, takes_duties=False)
     assert kept.drive == own.description.drive
     assert kept.backends["raspberrypi"]["left_motor"]["control"] == {}
     assert kept.safety == own.description.safety
@@ -63,18 +63,18 @@ def test_a_run_compensates_no_described_error_of_a_motor_that_takes_duties(tmp_p
     file.write_text(read_shipped("rover").replace("lag_s = 0.05", "forward_gain = 0.9\ndead_band_rad_s = 0.5"))
     own = load(str(file))
     assert not own.description.first_of("motor").is_exact
-    assert read_probing(own).first_of("motor").is_exact
-    assert not read_probing(own, takes_duties=False).first_of("motor").is_exact
+    assert read_excited(own).first_of("motor").is_exact
+    assert not read_excited(own, takes_duties=False).first_of("motor").is_exact
 
 
 def test_a_servo_that_steers_stays() -> None:
-    assert {each.kind for each in read_probing(load("picar")).devices} == {"motor", "encoder", "servo"}
+    assert {each.kind for each in read_excited(load("picar")).devices} == {"motor", "encoder", "servo"}
 
 
 def test_motors_without_models_are_measured_by_their_velocities() -> None:
     own = load(backend="kinematic")
     assert (own.section, own.full_rad_s, own.max_command) == (None, 12.0, 1.0)
-    assert read_probing(own).all_of("motor") == own.description.all_of("motor")
+    assert read_excited(own).all_of("motor") == own.description.all_of("motor")
 
 
 def test_the_simulated_hardware_of_virtualpi_is_that_of_the_robots_own_file() -> None:

@@ -10,7 +10,7 @@ from robotcore.device_test.corrections import Corrections
 from robotcore.errors import DeviceError, UsageError
 from robotcore.hal.check_finding import Finding
 from robotcore.hal.device import Actuator, Sensor
-from robotcore.hal.device_tester import DeviceTester, Question
+from robotcore.hal.device_test import DeviceTest, Question
 from robotcore.hal.kind import load_kind
 from robotcore.hal.simulation_state import SimulationState
 from robotcore.interactive.live_robot import LiveRobot
@@ -31,7 +31,7 @@ class Person(Protocol):
         """Let the person follow an instruction. Return False if no person does it."""
 
 
-class LiveDeviceTester(DeviceTester):
+class LiveDeviceTest(DeviceTest):
     """Tests the devices of a live robot. The truth of a simulator answers questions that the person does not answer.
 
     live: the open robot, whose motors take commands of their own.
@@ -111,22 +111,23 @@ class LiveDeviceTester(DeviceTester):
 
     def correct(
         self, device: str, message: str, mistake: str, observed: Any = None, *, remedy: str, kind: str = ""
-    ) -> None:
+    ) -> bool:
         settings = self._corrections.correct(device, mistake, observed)
         if settings is None:
             self.fail(device, message, remedy, kind or mistake)
-        else:
-            self.add(Finding.error(device, message, f"The changes set {_list(settings)}", kind=kind or mistake))
+            return False
+        self.add(Finding.error(device, message, f"The changes set {_list(settings)}", kind=kind or mistake))
+        return True
 
-    def reconnect(self, sources: Mapping[str, str], message: str, *, remedy: str, kind: str) -> None:
+    def swap_tables(self, sources: Mapping[str, str], message: str, *, remedy: str, kind: str) -> None:
         names = " and ".join(sorted(sources))
         if self._corrections.swap(sources):
             self.add(Finding.error(min(sources), message, f"The changes swap the tables of {names}", kind=kind))
         else:
             self.fail(min(sources), message, remedy, kind)
 
-    def describe(self, device: str, message: str, *, remedy: str, kind: str, **values: Any) -> None:
-        self._corrections.describe(device, values)
+    def correct_description(self, device: str, message: str, *, remedy: str, kind: str, **values: Any) -> None:
+        self._corrections.correct_description(device, values)
         self.add(Finding.error(device, message, f"The changes set {_list(values)}", kind=kind))
 
     def has_own_direction(self, device: str) -> bool:
@@ -134,20 +135,20 @@ class LiveDeviceTester(DeviceTester):
         return driver is None or driver.has_own_direction
 
 
-def _test_plainly(tester: DeviceTester, devices: Sequence[Any]) -> None:
+def _test_plainly(test: DeviceTest, devices: Sequence[Any]) -> None:
     """Read each sensor of a kind without a test of its own. Actuators are not tested."""
     for description in devices:
-        device = tester.robot[description.name]
+        device = test.robot[description.name]
         if isinstance(device, Actuator):
-            tester.skip(device.name, f"the kind {description.kind!r} has no test")
+            test.skip(device.name, f"the kind {description.kind!r} has no test")
         elif isinstance(device, Sensor):
-            tester.wait(0.5)
+            test.wait(0.5)
             sample = device.read()
             text = f"reads {device.format_sample(sample)}"
             if problem := device.find_problem(sample):
-                tester.warn(device.name, text, problem, "sensor-problem")
+                test.warn(device.name, text, problem, "sensor-problem")
             else:
-                tester.confirm(device.name, text)
+                test.confirm(device.name, text)
 
 
 def _list(values: Mapping[str, Any]) -> str:

@@ -25,12 +25,12 @@ FOLLOW_S = 3600.0
 """The time limit of the check that wheels follow their commands. It is so long that the check has no effect."""
 
 LEASE_TICKS = 10.0
-"""The lease of a command in ticks. At the rate of a probe, a shorter one would end by a delay of the computer."""
+"""The lease of a command in ticks. At the rate of an excitation, a shorter one would end by a delay of the computer."""
 
 COMPENSATED = ("dead_band_rad_s", "forward_gain", "backward_gain")
 """The keys of a motor's description that a run compensates in each command."""
 
-PROBED_KINDS = frozenset({"motor", "encoder", "imu"})
+EXCITATION_KINDS = frozenset({"motor", "encoder", "imu"})
 
 
 @dataclass(frozen=True)
@@ -82,7 +82,7 @@ class CalibratedRobot:
 
     @property
     def full_rad_s(self) -> float:
-        """The velocity that a probe commands for the full command, in rad/s."""
+        """The velocity that an excitation commands for the full command, in rad/s."""
         return FULL_RAD_S if self.models else self.max_velocity_rad_s
 
     @property
@@ -99,8 +99,8 @@ class CalibratedRobot:
         return min((model.max_duty for model in self.models.values()), default=1.0)
 
     @contextmanager
-    def open_file(self, *, takes_duties: bool, kinds: Collection[str] = PROBED_KINDS) -> Iterator[str]:
-        """Yield the path of a temporary file of the robot, with which a probe runs.
+    def open_file(self, *, takes_duties: bool, kinds: Collection[str] = EXCITATION_KINDS) -> Iterator[str]:
+        """Yield the path of a temporary file of the robot, with which an excitation runs.
 
         It has neither sensors that look ahead nor limits of the acceleration, so that no rule changes a command.
 

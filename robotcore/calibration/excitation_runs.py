@@ -1,12 +1,12 @@
-"""Runs probes on a robot, and measures how far it has moved, by a person or by the ground truth of a simulator."""
+"""Runs excitations on a robot, and measures how far it has moved, by a person or by the ground truth of a simulator."""
 
 from __future__ import annotations
 
 from collections.abc import Callable, Collection, Sequence
 from typing import NamedTuple, Protocol
 
-from robotcore.calibration.probe import Probe, ProbeStep, TruthKeeper
-from robotcore.calibration.probing_robot import PROBED_KINDS, CalibratedRobot
+from robotcore.calibration.calibrated_robot import EXCITATION_KINDS, CalibratedRobot
+from robotcore.calibration.excitation import Excitation, ExcitationStep, TruePoseObserver
 from robotcore.description import Drive
 from robotcore.errors import CalibrationError
 from robotcore.runtime.observer import Observer
@@ -14,7 +14,7 @@ from robotcore.runtime.request import RunRequest
 from robotcore.runtime.result import Outcome, RunResult
 
 RATE_HZ = 100.0
-"""The number of ticks in a second of a probe."""
+"""The number of ticks in a second of an excitation."""
 
 REST_S = 0.2
 """The rest before a drive, in seconds."""
@@ -34,8 +34,11 @@ class Displacement(NamedTuple):
 class Person(Protocol):
     """The person beside a real robot."""
 
-    def prepare(self, instruction: str) -> None:
-        """Ask the person to prepare the robot, and wait until it is done. Raises UsageError if there is no person."""
+    def prepare(self, instruction: str, *, has_question: bool = False) -> None:
+        """Ask the person to prepare the robot, and wait until it is done. Raises UsageError if there is no person.
+
+        has_question: whether `ask` follows after the robot has moved, so that a person must be there.
+        """
 
     def ask(self, question: str) -> float:
         """Return the number that the person has measured."""
@@ -45,8 +48,8 @@ Perform = Callable[[RunRequest, Sequence[Observer]], RunResult]
 """A function that performs a run, such as `robotcore.run`."""
 
 
-class Probing:
-    """Runs the probes of a calibration.
+class ExcitationRunner:
+    """Runs the excitations of a calibration.
 
     robot: the robot.
     perform: performs a run.
@@ -69,15 +72,15 @@ class Probing:
         assert self.robot.description.drive
         return self.robot.description.drive
 
-    def run_probe(
+    def excite(
         self,
-        steps: Sequence[ProbeStep],
+        steps: Sequence[ExcitationStep],
         observers: Sequence[Observer] = (),
         *,
         takes_duties: bool = True,
-        kinds: Collection[str] = PROBED_KINDS,
-    ) -> Probe:
-        """Drive the robot by a plan of commands, and return the probe.
+        kinds: Collection[str] = EXCITATION_KINDS,
+    ) -> Excitation:
+        """Drive the robot by a plan of commands, and return the excitation.
 
         takes_duties: whether the commands are duties if the motors have models. Otherwise they are velocities.
         kinds: the kinds of the devices to open.
@@ -85,16 +88,16 @@ class Probing:
         Raises the error that ended the run.
         """
         full_rad_s = self.robot.full_rad_s if takes_duties else self.robot.max_velocity_rad_s
-        probe = Probe(steps, full_rad_s)
+        excitation = Excitation(steps, full_rad_s)
         with self.robot.open_file(takes_duties=takes_duties, kinds=kinds) as file:
             request = RunRequest(
-                probe,
+                excitation,
                 self.robot.backend.name,
                 file,
                 self._world,
                 self._seed,
                 self.rate_hz,
-                probe.duration_s + SPARE_S,
+                excitation.duration_s + SPARE_S,
                 options=self.robot.options,
             )
             result = self._perform(request, observers)
@@ -103,44 +106,44 @@ class Probing:
         if result.outcome is not Outcome.SUCCESS:
             text = f"the measurement did not reach its end: {result.headline}. Repeat the command"
             raise CalibrationError(text, kind="unfinished", outcome=result.outcome.value)
-        return probe
+        return excitation
 
     def drive_straight(
         self, command: float, duration_s: float, settle_s: float, title: str, *, takes_duties: bool = True
-    ) -> tuple[Displacement, Probe]:
-        """Drive with one command for all wheels, and return how far the robot has moved, with the probe.
+    ) -> tuple[Displacement, Excitation]:
+        """Drive with one command for all wheels, and return how far the robot has moved, with the excitation.
 
         command: the share of the full command.
         settle_s: the rest after the drive, in seconds.
         title: the words for this drive, such as ``drive 1 of 4``.
-        takes_duties: as in `run_probe`.
+        takes_duties: as in `excite`.
         """
         direction = "forward" if command > 0 else "backward"
         instruction = (
             f"{title}, {direction}. Put the robot along a straight line on the floor, with a tape measure beside it, "
             "and mark the middle of its axle"
         )
-        self.prepare(instruction)
-        keeper = TruthKeeper()
-        steps = [ProbeStep(REST_S), ProbeStep(duration_s, command, command), ProbeStep(settle_s)]
-        probe = self.run_probe(steps, [keeper], takes_duties=takes_duties)
-        if moved := self.read_displacement(keeper):
-            return moved, probe
+        self.prepare(instruction, has_question=True)
+        observer = TruePoseObserver()
+        steps = [ExcitationStep(REST_S), ExcitationStep(duration_s, command, command), ExcitationStep(settle_s)]
+        excitation = self.excite(steps, [observer], takes_duties=takes_duties)
+        if moved := self.read_displacement(observer):
+            return moved, excitation
         along = self.person.ask(
             f"{title}: the distance that the middle of the axle has moved along the line, in metres"
         )
         beside = self.person.ask(f"{title}: its distance from the line in metres, positive to the left")
-        return Displacement(along if command > 0 else -abs(along), beside), probe
+        return Displacement(along if command > 0 else -abs(along), beside), excitation
 
-    def read_displacement(self, keeper: TruthKeeper) -> Displacement | None:
+    def read_displacement(self, observer: TruePoseObserver) -> Displacement | None:
         """Return how far a simulated robot has moved by its ground truth; None on a real robot."""
-        return Displacement(*keeper.displacement) if keeper.displacement else None
+        return Displacement(*observer.displacement) if observer.displacement else None
 
-    def read_turn(self, keeper: TruthKeeper) -> float | None:
+    def read_turn(self, observer: TruePoseObserver) -> float | None:
         """Return by how much a simulated robot has turned by its ground truth, in radians; None on a real robot."""
-        return None if keeper.start is None else keeper.turned
+        return None if observer.start is None else observer.turned
 
-    def prepare(self, instruction: str) -> None:
-        """Ask the person to prepare a real robot, and wait until it is done."""
+    def prepare(self, instruction: str, *, has_question: bool = False) -> None:
+        """Ask the person to prepare a real robot, and wait until it is done. See `Person.prepare`."""
         if not self.robot.is_simulated:
-            self.person.prepare(instruction)
+            self.person.prepare(instruction, has_question=has_question)

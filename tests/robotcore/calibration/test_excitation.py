@@ -3,17 +3,17 @@ from __future__ import annotations
 import pytest
 
 from robotcore import RunRequest, run
-from robotcore.calibration.probe import CommandStep, Probe, ProbeLog, ProbeStep, TruthKeeper
+from robotcore.calibration.excitation import CommandStep, Excitation, ExcitationLog, ExcitationStep, TruePoseObserver
 from robotcore.geometry import Wheels
 
-STEPS = (ProbeStep(0.2), ProbeStep(0.5, 0.5, 0.5), ProbeStep(0.3, 0.5, -0.5), ProbeStep(0.2))
+STEPS = (ExcitationStep(0.2), ExcitationStep(0.5, 0.5, 0.5), ExcitationStep(0.3, 0.5, -0.5), ExcitationStep(0.2))
 
 
-def test_a_probe_sends_its_plan_and_stands_at_the_end() -> None:
-    probe, keeper = Probe(STEPS, full_rad_s=8.0), TruthKeeper()
-    result = run(RunRequest(probe, "kinematic", world="open", rate_hz=50), [keeper])
+def test_an_excitation_sends_its_plan_and_stands_at_the_end() -> None:
+    excitation, observer = Excitation(STEPS, full_rad_s=8.0), TruePoseObserver()
+    result = run(RunRequest(excitation, "kinematic", world="open", rate_hz=50), [observer])
     assert result.error is None
-    log = probe.log
+    log = excitation.log
     assert [(step.command, round(step.end - step.start, 6)) for step in log.list_steps("left")] == [
         (0.0, 0.2), (0.5, 0.8), (0.0, 0.2),
     ]  # fmt: skip
@@ -21,13 +21,13 @@ def test_a_probe_sends_its_plan_and_stands_at_the_end() -> None:
     assert log.measure_turns("left_encoder") == pytest.approx([0.0, 1.8, 1.2, 0.2], abs=0.15)
     times, turned = log.integrate_sent("left")
     assert (times[-1], turned[-1]) == pytest.approx((1.2, 3.2), abs=0.3)  # the file limits the acceleration
-    assert keeper.displacement
-    assert keeper.displacement[0] > 0.05
-    assert keeper.turned < -0.2
+    assert observer.displacement
+    assert observer.displacement[0] > 0.05
+    assert observer.turned < -0.2
 
 
 def test_a_sample_that_is_read_twice_is_logged_once() -> None:
-    log = ProbeLog()
+    log = ExcitationLog()
     for time in (0.0, 0.1, 0.1, 0.2):
         log.add("nose", time, time)
     times, values = log.read_series("nose")
@@ -35,8 +35,8 @@ def test_a_sample_that_is_read_twice_is_logged_once() -> None:
 
 
 def test_sent_velocities_are_integrated_until_the_end() -> None:
-    log = ProbeLog()
-    log.begin(0.0, ProbeStep(0.3))
+    log = ExcitationLog()
+    log.begin(0.0, ExcitationStep(0.3))
     for number, velocity in enumerate((0.0, 2.0, 4.0)):
         log.add_sent(number / 10, Wheels(velocity, -velocity))
     log.finish(0.3)

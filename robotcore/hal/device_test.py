@@ -1,6 +1,6 @@
 """The interface by which a kind of device tests its devices on a robot, for `robotcore test-devices`.
 
-The mistakes that a test finds have names, by which `DeviceDriver.correct` knows them.
+The mistakes that a test finds have names, which `DeviceDriver.correct` gets.
 """
 
 from __future__ import annotations
@@ -30,7 +30,7 @@ The observation is a list with the number of the part whose wire belongs to each
 reversed.
 """
 
-MIRRORED, UPSIDE_DOWN, ROTATED = "mirrored", "upside-down", "rotated"
+FLIPPED_HORIZONTALLY, FLIPPED_VERTICALLY, ROTATED_180 = "mirrored", "upside-down", "rotated"
 """The columns, the rows, or both, of a camera's pictures have the opposite order."""
 
 RED_AND_BLUE_SWAPPED = "red-and-blue-swapped"
@@ -60,8 +60,8 @@ class Question:
 YES_OR_NO = {"y": "yes", "n": "no"}
 
 
-class DeviceTester(ABC):
-    """Moves and reads the devices of a robot, asks the person, and collects findings and corrections.
+class DeviceTest(ABC):
+    """A test of devices in progress. It moves and reads them, asks the person, and collects findings and corrections.
 
     A test lets time pass only by `run` and the methods that call it. Between these calls, all motors stand.
     """
@@ -102,8 +102,8 @@ class DeviceTester(ABC):
     @abstractmethod
     def correct(
         self, device: str, message: str, mistake: str, observed: Any = None, *, remedy: str, kind: str = ""
-    ) -> None:
-        """Add an error for a mistake that settings of the device's driver may correct. Correct them if so.
+    ) -> bool:
+        """Add an error for a mistake that settings of the device's driver may correct. Return whether they correct it.
 
         message: what is wrong.
         mistake: the name of the mistake, see `DeviceDriver.correct`.
@@ -112,7 +112,7 @@ class DeviceTester(ABC):
         """
 
     @abstractmethod
-    def reconnect(self, sources: Mapping[str, str], message: str, *, remedy: str, kind: str) -> None:
+    def swap_tables(self, sources: Mapping[str, str], message: str, *, remedy: str, kind: str) -> None:
         """Add an error for devices whose wires are swapped, and give each device the table of another one.
 
         sources: the name of the device whose wires belong to each device, by its name.
@@ -120,7 +120,7 @@ class DeviceTester(ABC):
         """
 
     @abstractmethod
-    def describe(self, device: str, message: str, *, remedy: str, kind: str, **values: Any) -> None:
+    def correct_description(self, device: str, message: str, *, remedy: str, kind: str, **values: Any) -> None:
         """Add an error for values of the device's description, and correct them."""
 
     @abstractmethod
