@@ -23,6 +23,7 @@ from robotcore.autonomy.navigation.grid_paths import (
     wavefront,
 )
 
+NEAR = f"{wavefront.__module__}.NEAR_CELLS"
 EDGES = [(-1, 0), (1, 0), (0, -1), (0, 1)]
 CORNERS = [(-1, -1), (-1, 1), (1, -1), (1, 1)]
 
@@ -69,6 +70,17 @@ def test_backtracked_path_leads_over_open_neighbours(open_cells: Mask, row: int,
         assert all(open_cells[cell] for cell in path[1:])
         for (r, c), (following_r, following_c) in pairwise(path):
             assert max(abs(following_r - r), abs(following_c - c)) == 1
+
+
+@given(masks(), masks(), st.integers(0, 4), st.integers(0, 5))
+def test_path_to_the_nearest_goal_is_the_same_if_near_cells_are_searched_first(
+    open_cells: Mask, goals: Mask, row: int, column: int
+) -> None:
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(NEAR, 2)
+        near = wavefront((row, column), open_cells, goals)
+        patch.setattr(NEAR, 0)
+        assert np.array_equal(near, wavefront((row, column), open_cells, goals))
 
 
 @pytest.mark.parametrize("length", [1, 2, 50])
