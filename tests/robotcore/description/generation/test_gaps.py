@@ -46,8 +46,8 @@ def create_random_outline(random: Random) -> Outline:
     x, y = random.uniform(-2, 2), random.uniform(-2, 2)
     if random.random() < 0.5:
         return round_outline(x, y, random.uniform(0.05, 0.5))
-    size = {"length_m": random.uniform(0.05, 1.5), "width_m": random.uniform(0.05, 0.6)}
-    return box(x_m=x, y_m=y, yaw_rad=random.uniform(-3, 3), **size).outline
+    length, width, yaw = random.uniform(0.05, 1.5), random.uniform(0.05, 0.6), random.uniform(-3, 3)
+    return box(x_m=x, y_m=y, yaw_rad=yaw, length_m=length, width_m=width).outline
 
 
 def test_outlines_have_a_gap_if_the_computed_gap_is_as_great() -> None:
