@@ -3,9 +3,9 @@
     python -m benchmarks.search_speed --against ../robotcore-before --sweep-seeds 1-200
 
 The speed of a run alone is its simulated time for each second of CPU time, with its start. Only libraries are imported
-before. A sweep is timed by the wall clock, from the check to the tables, with the start of its two processes. With
-``--against``, a process with the code of another checkout does the same. Both take turns, so that other load on the
-machine affects both. The exit status is 1 if a bound is broken.
+before. A sweep is timed from the check to the tables, with the start of its two processes: by the wall clock, and by
+the CPU time of all its processes. With ``--against``, a process with the code of another checkout does the same. Both
+take turns, so that other load on the machine affects both. The exit status is 1 if a bound is broken.
 """
 
 from __future__ import annotations
@@ -38,13 +38,14 @@ class Worker:
     def __init__(self, process: subprocess.Popen[str]) -> None:
         self._process = process
 
-    def measure(self, request: dict[str, Any]) -> float:
-        """Return the speed of a run or of a sweep. Raises ValueError if the process has failed."""
+    def measure(self, request: dict[str, Any]) -> list[float]:
+        """Return the speeds of a run or of a sweep. Raises ValueError if the process has failed."""
         assert self._process.stdin
         assert self._process.stdout
         self._process.stdin.write(json.dumps(request) + "\n")
         self._process.stdin.flush()
-        return float(self._process.stdout.readline())
+        speeds: list[float] = json.loads(self._process.stdout.readline())
+        return speeds
 
 
 def main() -> int:
@@ -59,16 +60,19 @@ def main() -> int:
     with ExitStack() as started:
         checkouts = [ROOT, *([Path(options.against).resolve()] if options.against else [])]
         workers = [started.enter_context(start_worker(checkout)) for checkout in checkouts]
-        speeds = measure_in_turn(workers, runs)
-        rates = measure_in_turn(workers, [sweep] * options.sweeps)
-    speed, rate = compute_median(speeds[0]), compute_median(rates[0])
+        speeds = select(measure_in_turn(workers, runs), 0)
+        measured = measure_in_turn(workers, [sweep] * options.sweeps)
+    rates, cpu_rates = select(measured, 0), select(measured, 1)
+    speed, in_sweeps = compute_median(speeds[0]), f"{options.sweeps} sweeps of {sweep_runs} runs"
     rows = [
         build_row(f"simulated seconds in a CPU second, {len(runs)} runs", speed, ".1f", f"at least {MIN_SPEED:g}"),
-        build_row(f"runs a minute on {JOBS} processes, {options.sweeps} sweeps of {sweep_runs} runs", rate, ".0f"),
+        build_row(f"runs a minute on {JOBS} processes, {in_sweeps}", compute_median(rates[0]), ".0f"),
+        build_row("runs in a minute of their CPU time", compute_median(cpu_rates[0]), ".0f"),
     ]
     if options.against:
-        rows.append(build_row("a run's speed ÷ that of the other checkout", compute_ratio(*speeds), ".2f"))
-        rows.append(build_row("a sweep's speed ÷ that of the other checkout", compute_ratio(*rates), ".2f"))
+        rows.append(build_row("simulated seconds in a CPU second ÷ the other checkout's", compute_ratio(speeds), ".2f"))
+        rows.append(build_row("runs a minute ÷ the other checkout's", compute_ratio(rates), ".2f"))
+        rows.append(build_row("runs in a minute of CPU time ÷ the other checkout's", compute_ratio(cpu_rates), ".2f"))
     print_table(("green-search in the kinematic simulator", "median", "95 % interval", "bound"), rows)
     return int(speed.median < MIN_SPEED)
 
@@ -84,19 +88,24 @@ def start_worker(checkout: Path) -> Iterator[Worker]:
         yield Worker(process)
 
 
-def measure_in_turn(workers: list[Worker], requests: Iterable[dict[str, Any]]) -> list[list[float]]:
-    """Return the speeds of each worker. The order of the workers alternates."""
-    speeds: list[list[float]] = [[] for _ in workers]
+def measure_in_turn(workers: list[Worker], requests: Iterable[dict[str, Any]]) -> list[list[list[float]]]:
+    """Return the replies of each worker. The order of the workers alternates."""
+    measured: list[list[list[float]]] = [[] for _ in workers]
     for number, request in enumerate(requests):
         order = range(len(workers))
         for index in reversed(order) if number % 2 else order:
-            speeds[index].append(workers[index].measure(request))
-    return speeds
+            measured[index].append(workers[index].measure(request))
+    return measured
 
 
-def compute_ratio(speeds: list[float], others: list[float]) -> Interval:
+def select(measured: list[list[list[float]]], index: int) -> list[list[float]]:
+    """Return one number of all replies of each worker."""
+    return [[reply[index] for reply in replies] for replies in measured]
+
+
+def compute_ratio(speeds: list[list[float]]) -> Interval:
     """Return the median of the ratios of the pairs."""
-    return compute_median(speed / other for speed, other in zip(speeds, others, strict=True))
+    return compute_median(speed / other for speed, other in zip(*speeds, strict=True))
 
 
 def build_row(claim: str, value: Interval, form: str, bound: str = "–") -> Row:
