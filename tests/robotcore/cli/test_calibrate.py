@@ -60,7 +60,8 @@ def test_a_missing_folder_of_pictures_is_named(tmp_path: Path, cli: Cli) -> None
     folder = tmp_path / "missing"
     arguments = ("calibrate", "camera", "--robot", "rover", *SIMULATED, "--pictures", str(folder), "--json")
     answer = cli(*arguments)
-    assert (answer.status, answer.json["kind"], answer.json["folder"]) == (2, "no-folder", str(folder))
+    assert (answer.status, answer.json["kind"]) == (2, "no-folder")
+    assert str(folder) in answer.json["error"]
 
 
 @pytest.mark.slow
