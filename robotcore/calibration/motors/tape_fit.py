@@ -100,7 +100,7 @@ def fit_tape(
     geometry: the wheel radius and the track, which must be right.
     present: the values of the left and the right motor in the robot's file, or of the one motor of both sides.
 
-    Raises CalibrationError if the robot has not moved in a drive.
+    Raises CalibrationError if the robot has not moved in a drive, or if a value of a motor is at the limit of the fit.
     """
     measured = np.array([each.moved for each in drives])
     if (still := np.abs(measured[:, 0]).min()) < MIN_WAY_M:
@@ -124,6 +124,11 @@ def fit_tape(
     lower = np.tile([0.0, 0.0, 0.0, 1e-3], len(present))
     upper = np.tile([MAX_DEAD_BAND, *(10 * start[1:3]), MAX_LAG_S], len(present))
     fit = fit_nonlinear(compute_errors, start, lower, upper, least_variance=1.0)
+    fit.require_below_limits(
+        [f"{key} of the {side} motor" for side in ("left", "right")[: len(present)] for key in PresentMotor._fields],
+        "Measure the distances again, and check the wheel radius and the track in the robot's file: robotcore calibrate "
+        "drive",
+    )
     ratios = measured[:, 0] / model.predict(fit.parameters)[:, 0]
     errors = model.predict(fit.parameters) - measured
     explained = 1 - float(np.sum(errors**2)) / float(np.sum(measured**2))
