@@ -126,8 +126,8 @@ def fit_tape(
     fit = fit_nonlinear(compute_errors, start, lower, upper, least_variance=1.0)
     fit.require_below_limits(
         [f"{key} of the {side} motor" for side in ("left", "right")[: len(present)] for key in PresentMotor._fields],
-        "Measure the distances again, and check the wheel radius and the track in the robot's file: robotcore calibrate "
-        "drive",
+        "Measure the distances again, and check the wheel radius and the track in the robot's file with robotcore "
+        "calibrate drive",
     )
     ratios = measured[:, 0] / model.predict(fit.parameters)[:, 0]
     errors = model.predict(fit.parameters) - measured

@@ -23,7 +23,9 @@ HEAD_BYTES = 9
 
 @pytest.mark.parametrize("name", [".", "..", "/", ""])
 @pytest.mark.parametrize("command", ["info", "fidelity"])
-def test_a_folder_in_place_of_a_recording_is_a_usage_error(cli: Cli, command: str, name: str, check_text: CheckText) -> None:
+def test_a_folder_in_place_of_a_recording_is_a_usage_error(
+    cli: Cli, command: str, name: str, check_text: CheckText
+) -> None:
     answer = cli(command, name, "--json")
     assert (answer.status, answer.json["kind"]) == (2, "recording-unreadable")
     check_text(answer.err)
