@@ -28,6 +28,9 @@ LAG_ERROR_S = 0.05
 LAG_DIFFERENCE_S = 0.015
 """The standard deviation of the difference between the lags of two motors, in seconds. They are of one type."""
 
+MAX_DEVIATIONS = 8.0
+"""The greatest root mean square of the displacements' errors, in standard deviations of a measured displacement."""
+
 MIN_WAY_M = 0.02
 """A robot that has moved less than this has not moved, in metres."""
 
@@ -100,7 +103,8 @@ def fit_tape(
     geometry: the wheel radius and the track, which must be right.
     present: the values of the left and the right motor in the robot's file, or of the one motor of both sides.
 
-    Raises CalibrationError if the robot has not moved in a drive, or if a value of a motor is at the limit of the fit.
+    Raises CalibrationError if the robot has not moved in a drive, if a value of a motor is at the limit of the fit, or
+    if the displacements are not those of such motors.
     """
     measured = np.array([each.moved for each in drives])
     if (still := np.abs(measured[:, 0]).min()) < MIN_WAY_M:
@@ -131,6 +135,14 @@ def fit_tape(
     )
     ratios = measured[:, 0] / model.predict(fit.parameters)[:, 0]
     errors = model.predict(fit.parameters) - measured
+    if (deviations := math.sqrt(float(np.mean((errors / deviation) ** 2)))) > MAX_DEVIATIONS:
+        raise CalibrationError(
+            f"the distances differ from those of the fit by {math.sqrt(float(np.mean(errors**2))):.3f} m. Measure them "
+            f"again, check that the wheels do not slip, and that lag_s in the robot's file is about right: "
+            f"{', '.join(f'{each:g}' for each in lags)} s",
+            kind="poor-fit",
+            deviations=deviations,
+        )
     explained = 1 - float(np.sum(errors**2)) / float(np.sum(measured**2))
     curves = []
     for wheel, estimates in zip(fit.parameters.reshape(-1, 4), _group(fit.estimates), strict=True):
