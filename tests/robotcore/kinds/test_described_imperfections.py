@@ -204,10 +204,15 @@ def test_a_real_robot_cannot_be_ideal(raises: Raises) -> None:
         Plan.resolve(RunRequest("green-search", backend="raspberrypi", ideal=True))
 
 
+def test_a_dead_band_of_nine_tenths_is_valid() -> None:
+    motor = MotorDescription(kind="motor", name="wheel", max_velocity_rad_s=12.0, dead_band_rad_s=10.8)
+    assert motor.respond(motor.compensate(0.5)) == pytest.approx(0.5)
+
+
 @pytest.mark.parametrize(
     "before, after, kind",
     [
-        ("max_velocity_rad_s = 12.0", "max_velocity_rad_s = 12.0\ndead_band_rad_s = 12.0", "dead-band-too-wide"),
+        ("max_velocity_rad_s = 12.0", "max_velocity_rad_s = 12.0\ndead_band_rad_s = 10.9", "dead-band-too-wide"),
         ("width_px = 320", "width_px = 320\ncentre_px = [400, 100]", "centre-outside"),
         ("width_px = 320", "width_px = 320\ndistortion = [-3.0, 0, 0, 0, 0]", "distortion-not-invertible"),
         ("width_px = 320", "width_px = 320\ndistortion = [0.1, 0.2]", "wrong-form"),
