@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
+from robotcore.calibration.corrections import DEVIATIONS
 from robotcore.calibration.excitation import CommandStep
 from robotcore.calibration.least_squares import Array, Estimate, Fit, fit_linear, fit_nonlinear
 from robotcore.errors import CalibrationError
@@ -17,6 +19,9 @@ STARTS_S = ((0.02, 0.0), (0.08, 0.0), (0.3, 0.0))
 
 MIN_LAG_S, MAX_LAG_S = 1e-3, 3.0
 """The limits of the lag in seconds. A shorter one cannot be distinguished from none."""
+
+LEAST_DIFFERENCE_S = 0.01
+"""The least difference of the lags of both sides that counts, in seconds."""
 
 MAX_DELAY_S = 0.5
 """The greatest delay in seconds."""
@@ -80,6 +85,20 @@ def fit_response(steps: Sequence[CommandStep], times: Array, angles: Array, *, h
     fit = solve(timing.parameters)
     (lag, delay), rms = timing.estimates, float(np.sqrt(np.mean(fit.residuals**2)))
     return Response(tuple(zip(driven, fit.estimates, strict=False)), lag, delay, rms)
+
+
+def find_lag_difference_s(left: Sequence[Response], right: Sequence[Response]) -> float:
+    """Return by how many seconds the left wheels follow a command later than the right ones; 0.0 without a difference.
+
+    A difference that is uncertain, or so short that it hardly turns the robot, counts as none.
+
+    left, right: the responses of the motors of each side.
+    """
+    starts = [[each.lag.value + each.delay.value for each in side] for side in (left, right)]
+    difference = float(np.mean(starts[0]) - np.mean(starts[1]))
+    deviations = [each for response in (*left, *right) for each in (response.lag.deviation, response.delay.deviation)]
+    is_clear = abs(difference) > max(LEAST_DIFFERENCE_S, DEVIATIONS * math.hypot(*deviations))
+    return difference if is_clear else 0.0
 
 
 def shorten_rests(steps: Sequence[CommandStep], duration_s: float) -> list[CommandStep]:
