@@ -42,6 +42,7 @@ def build_runner(session: RobotSession) -> ExcitationRunner:
 
     session.backend.require_installed()
     robot = CalibratedRobot.load(session.robot, session.backend, session.options)
+    session.note_simulated_file()
     return ExcitationRunner(robot, perform_run, session.person, session.world, session.seed)
 
 

@@ -19,11 +19,11 @@ import tomlkit
 from robotcore.calibration.camera.board import Board
 from robotcore.description import load_robot, read_shipped
 from robotcore.errors import DeviceError, EmergencyStopError
-from tests.robotcore.calibration.camera.rendered_boards import TrueCamera
+from tests.robotcore.calibration.camera.rendered_boards import build_camera
 from tests.robotcore.cli.conftest import Cli
 from tests.texts import CheckText
 
-CAMERA = TrueCamera(320, 240, 290.0, (164.0, 117.0), (-0.2, 0.03, 0.001, -0.001, 0.0), noise=3.0)
+CAMERA = build_camera((320, 240), 290.0, (164.0, 117.0), (-0.2, 0.03, 0.001, -0.001, 0.0), noise=3.0)
 SIMULATED = ("--backend", "kinematic")
 
 
@@ -37,6 +37,10 @@ def write(folder: Path, *changes: tuple[str, str], name: str = "own.toml") -> st
 
 
 FOV = "horizontal_fov_rad = 1.0821"
+LENS = (
+    "horizontal_fov_rad = 0.98\ncentre_px = [166.0, 115.0]\ndistortion = [-0.22, 0.03, 0.0, 0.0, 0.0]\n"
+    "noise_levels = 2.0"
+)
 CONE = "cone_rad = 0.5236  # 30 degrees\n"
 
 
@@ -51,7 +55,7 @@ def test_a_simulated_camera_gets_its_true_noise_and_delay(tmp_path: Path, cli: C
     assert parts["delay"]["latency_s"] == pytest.approx(0.13, abs=0.01)
     assert parts["noise"]["noise_levels"] == pytest.approx(3.0, abs=0.1)
     assert parts["colour"]["hue"] == pytest.approx(129, abs=3)
-    assert list(answer.json["skipped"]) == ["intrinsics"]
+    assert answer.json["skipped"] == {}
     assert load_robot(own).first_of("camera").latency_s == parts["delay"]["latency_s"]
     assert (tmp_path / "plot.png").is_file()
 
@@ -65,9 +69,27 @@ def test_pictures_of_a_board_give_the_intrinsics(tmp_path: Path, cli: Cli) -> No
     answer = cli("calibrate", "camera", "--robot", own, *SIMULATED, "--pictures", str(folder), "--write")
     assert answer.status == 0
     intrinsics = load_robot(own).first_of("camera").intrinsics
-    assert intrinsics.focal_length == pytest.approx(CAMERA.focal_length, rel=0.003)
+    assert intrinsics.focal_length == pytest.approx(CAMERA.intrinsics.focal_length, rel=0.003)
     assert intrinsics.distortion[0] == pytest.approx(-0.2, abs=0.02)
     assert "+centre_px" in answer.out
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("backend", ["kinematic", "virtualpi"])
+def test_a_simulated_camera_gets_its_true_lens(backend: str, tmp_path: Path, cli: Cli) -> None:
+    true = write(tmp_path, (FOV, LENS), name="true.toml")
+    own = write(tmp_path) if backend == "virtualpi" else true
+    options = ["--option", f"truth={true}"] if backend == "virtualpi" else []
+    answer = cli(
+        "calibrate", "camera", "--only", "intrinsics", "--robot", own, "--backend", backend, *options, "--write"
+    )
+    assert answer.status == 0
+    assert "the board is rendered" in answer.err
+    found, expected = (load_robot(file).first_of("camera").intrinsics for file in (own, true))
+    assert found.focal_length == pytest.approx(expected.focal_length, rel=0.01)
+    assert (found.cx, found.cy) == pytest.approx((expected.cx, expected.cy), abs=1.0)
+    edge = np.array([[10.0, 10.0], [310.0, 120.0], [160.0, 230.0]])
+    assert found.undistort(edge) == pytest.approx(expected.undistort(edge), abs=0.01 * 160)
 
 
 def test_pictures_without_a_board_are_a_failure_and_the_file_stays(
@@ -211,7 +233,7 @@ def test_the_commands_for_a_measured_colour_work(tmp_path: Path, cli: Cli) -> No
     "arguments",
     [
         ["camera", "--robot", "rover", *SIMULATED, "--write"],
-        ["camera", "--robot", "rover", *SIMULATED, "--only", "intrinsics"],
+        ["camera", "--robot", "rover", "--backend", "vrep", "--only", "intrinsics"],
         ["camera", "--robot", "rover", *SIMULATED, "--camera", "eya"],
         ["camera", "--robot", "rover", *SIMULATED, "--board", "9by6"],
         ["camera", "--robot", "lookout", *SIMULATED, "--only", "delay"],
@@ -229,6 +251,44 @@ def test_what_cannot_be_measured_is_refused(
     answer = cli("calibrate", *arguments)
     assert answer.status == 2
     check_text(answer.err)
+
+
+NOTE = "the measurement compares {own} with itself. To simulate a robot that differs from its file: {option}=FILE"
+
+
+@pytest.mark.parametrize(
+    "backend, option", [("kinematic", "--backend virtualpi --option truth"), ("virtualpi", "--option truth")]
+)
+@pytest.mark.parametrize(
+    "command",
+    [["calibrate", "camera", "--only", "noise"], ["test-devices", "--only", "eye"]],
+    ids=lambda command: command[0],
+)
+def test_a_simulator_of_the_same_file_is_noted_once(
+    command: list[str], backend: str, option: str, tmp_path: Path, cli: Cli
+) -> None:
+    own = write(tmp_path)
+    answer = cli(*command, "--robot", own, "--backend", backend)
+    assert answer.err.count("note: ") == 1
+    assert NOTE.format(own=own, option=option) in answer.err
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(
+    "command", [["drive", "--turns", "1"], ["motors"], ["range", "--seconds", "0.5"]], ids=lambda command: command[0]
+)
+def test_each_calibration_notes_a_simulator_of_the_same_file(command: list[str], tmp_path: Path, cli: Cli) -> None:
+    own = write(tmp_path)
+    answer = cli("calibrate", *command, "--robot", own, *SIMULATED)
+    assert answer.err.count(NOTE.format(own=own, option="--backend virtualpi --option truth")) == 1
+
+
+def test_a_simulator_of_another_file_is_not_noted(tmp_path: Path, cli: Cli) -> None:
+    own, true = write(tmp_path), write(tmp_path, name="true.toml")
+    answer = cli(
+        "calibrate", "camera", "--only", "noise", "--robot", own, "--backend", "virtualpi", "--option", f"truth={true}"
+    )
+    assert "note: " not in answer.err
 
 
 @pytest.mark.slow
