@@ -11,7 +11,7 @@ UV := $(shell command -v uv 2>/dev/null)
 INSTALL := $(if $(UV),$(UV) pip install --quiet --python $(BIN)/python,$(BIN)/python -m pip install --quiet --disable-pip-version-check)
 
 .DEFAULT_GOAL := help
-.PHONY: help demo test test-slow test-all system system-gpio system-arm64 system-deploy system-firmware system-coppeliasim system-vrep lint types rules package coverage check clean
+.PHONY: help demo install test test-slow test-all system system-gpio system-arm64 system-deploy system-firmware system-coppeliasim system-vrep lint types rules package coverage check clean
 
 help:  ## list the targets
 	@grep -hE '^[a-z0-9-]+:.*##' $(MAKEFILE_LIST) | sed -E 's/:.*## /\t/' | expand -t 14
@@ -34,6 +34,8 @@ $(READY): $(DEMO)
 
 demo: $(DEMO)  ## watch the robot find the green ball; leaves demo.png
 	@$(BIN)/robotcore demo
+
+install: $(READY)  ## install robotcore with everything into .venv
 
 test: $(READY)  ## run the quick tests, on all cores
 	@$(BIN)/python -m pytest -n auto --dist worksteal -m 'not slow' $(ARGS)

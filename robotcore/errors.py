@@ -445,8 +445,9 @@ class WheelFaultError(SafetyStop):
 
     def __init__(self, problems: Sequence[str]) -> None:
         super().__init__(
-            f"{', '.join(problems)}. Check if the wheel is blocked, if the motor has power, if its wires are swapped, "
-            "and if the encoder works. The time limit is safety.follow_s in the robot's description"
+            f"{', '.join(problems)}. Check if the wheel is blocked and if the motor has power. "
+            "robotcore test-devices finds swapped wires and dead encoders. The time limit is safety.follow_s in the "
+            "robot's description"
         )
 
 

@@ -179,5 +179,12 @@ class DifferentialGeometry:
 
     def to_twist(self, wheels: Wheels) -> Twist:
         """Return the twist of the robot for wheel velocities in rad/s."""
-        left, right = wheels.left * self.wheel_radius, wheels.right * self.wheel_radius
-        return Twist((left + right) / 2, (right - left) / self.track)
+        return Twist(*self.to_arc(*wheels))
+
+    def to_arc(self, left: float, right: float) -> tuple[float, float]:
+        """Return the length in metres and the turn in radians of the robot's arc.
+
+        left, right: the angles in radians by which the wheels turn.
+        """
+        left, right = left * self.wheel_radius, right * self.wheel_radius
+        return (left + right) / 2, (right - left) / self.track

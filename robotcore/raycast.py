@@ -66,7 +66,7 @@ def cast(x: Array | float, y: Array | float, dx: Array, dy: Array, edges: Array)
         along_ray = (to_x * ey - to_y * ex) * scale
         along_edge = (to_x * dy - to_y * dx) * scale
         hit = (along_ray >= 0) & (along_edge >= 0) & (along_edge <= 1)
-    nearest: Array = np.where(hit, along_ray, math.inf).min(axis=1)
+    nearest: Array = np.minimum.reduce(np.where(hit, along_ray, math.inf), axis=1)
     return nearest
 
 
@@ -117,7 +117,7 @@ class Fan:
 
         lengths: the length of each ray from its start to its hit, in metres, shape (15,).
         """
-        nearest = float(lengths.min()) - FAN_SETBACK_M
+        nearest = lengths.item(lengths.argmin()) - FAN_SETBACK_M
         return math.inf if nearest > self.max_range else max(nearest, self.min_range)
 
     def point(self, lengths: Array) -> tuple[float, float, float] | None:
@@ -128,5 +128,5 @@ class Fan:
         if math.isinf(self.reading(lengths)):
             return None
         ray = int(lengths.argmin())
-        angle, length = float(self.angles[ray]), float(lengths[ray])
+        angle, length = self.angles.item(ray), lengths.item(ray)
         return length * math.cos(angle) - FAN_SETBACK_M, length * math.sin(angle), 0.0

@@ -33,7 +33,8 @@ class WorldSlice:
     """The outlines of all bodies of a world at a height ``z_m`` in metres."""
 
     def __init__(self, world: WorldDescription, z_m: float) -> None:
-        self._edges = edges_of(prism.outline for prism in world.prisms if prism.height_m > z_m)
+        edges = edges_of(prism.outline for prism in world.prisms if prism.height_m > z_m)
+        self._edges = np.asfortranarray(edges)  # `cast` computes with its columns
         self._circles = np.array(
             [(ball.x_m, ball.y_m, ball.radius_m**2 - (z_m - ball.radius_m) ** 2) for ball in world.targets]
         ).reshape(-1, 3)
@@ -75,9 +76,12 @@ def cast_at_circles(x: float, y: float, dx: Array, dy: Array, circles: Array) ->
     """
     to_x, to_y = circles[:, 0] - x, circles[:, 1] - y
     dx, dy = dx[:, None], dy[:, None]
+    squared_gap = (dx * to_y - dy * to_x) ** 2
+    is_near = squared_gap <= circles[:, 2]
+    if not np.count_nonzero(is_near):  # mostly, no circle lies in the direction of the rays
+        return np.full(len(dx), math.inf)
     along = dx * to_x + dy * to_y
-    beside = dx * to_y - dy * to_x
-    half_chord = np.sqrt(np.maximum(circles[:, 2] - beside**2, 0.0))
-    hit = (beside**2 <= circles[:, 2]) & (along >= half_chord)
-    nearest: Array = np.where(hit, along - half_chord, math.inf).min(axis=1, initial=math.inf)
+    half_chord = np.sqrt(np.maximum(circles[:, 2] - squared_gap, 0.0))
+    hit = is_near & (along >= half_chord)
+    nearest: Array = np.minimum.reduce(np.where(hit, along - half_chord, math.inf), axis=1)
     return nearest

@@ -110,7 +110,7 @@ class Chassis:
     def advance(self) -> None:
         """Advance the wheels and the body by one simulation step."""
         left, right = self._left.next_turn(), self._right.next_turn()
-        distance, turn = self._geometry.to_twist(Wheels(left, right))
+        distance, turn = self._geometry.to_arc(left, right)
         there = self.pose.advance(distance, turn)
         if self._collisions.try_move(self.pose, there, abs(distance), abs(turn)):
             self.pose = there
@@ -158,7 +158,7 @@ class SteeredChassis(Chassis):
         self._steps += 1
         mean = sum(wheel.next_turn() for wheel, _ in self._wheels) / len(self._wheels)
         shift = mean * self._ratio * self._joint.mean_tangent(since, until)
-        distance, turn = self._geometry.to_twist(Wheels(mean - shift, mean + shift))
+        distance, turn = self._geometry.to_arc(mean - shift, mean + shift)
         there = self.pose.advance(distance, turn)
         if self._collisions.try_move(self.pose, there, abs(distance), abs(turn)):
             self.pose = there

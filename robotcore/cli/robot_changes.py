@@ -32,6 +32,7 @@ class RobotChanges:
         self._reason = ""
         self._values: dict[str, dict[str, Any]] = {}
         self._diff = ""
+        self._doubts: list[str] = []
         self.is_written = False
         """Whether `finish` has written the file."""
 
@@ -70,7 +71,7 @@ class RobotChanges:
         """
         if not (self._editor and self._editor.has_changed):
             return
-        self._diff = self._editor.diff
+        self._diff, self._doubts = self._editor.diff, self._find_doubts(self._editor)
         if self._is_writing and not self._reason:
             self._reason = "it could not be written"
             self._editor.write(backend.check)
@@ -78,9 +79,22 @@ class RobotChanges:
         else:
             backend.check(self._editor.parse())
 
+    def _find_doubts(self, editor: RobotEditor) -> list[str]:
+        """Return the warnings of `robotcore check` that the changes cause."""
+        from robotcore.description import load_robot
+        from robotcore.description.doubtful_values import find_doubtful_values
+
+        known = {*find_doubtful_values(load_robot(self._robot))}
+        return [each for each in find_doubtful_values(editor.parse()) if each not in known]
+
     def to_dict(self) -> dict[str, Any]:
         """Return the fields for JSON. The diff of a shipped robot, whose file cannot be changed, is empty."""
-        return {"values": self._values, "diff": self._diff, "is_written": self.is_written}
+        return {
+            "values": self._values,
+            "diff": self._diff,
+            "warnings": self._doubts,
+            "is_written": self.is_written,
+        }
 
     def show(self, *, is_right: bool) -> None:
         """Write the changes on stdout, and what the user can do with them.
@@ -97,6 +111,8 @@ class RobotChanges:
         else:
             write_content(self._diff)
             write_line()
+            for doubt in self._doubts:
+                write_line(f"warning: {doubt}")
             write_line(self._describe_end())
 
     def _describe_end(self) -> str:

@@ -251,9 +251,10 @@ class RobotSession:
             self.changes.finish(self.backend)
             self._save_charts(subject)
         except RobotcoreError as error:
-            if self.error is None:
-                raise
-            write_error(error)
+            if self.error:
+                write_error(error)
+            else:
+                self.error = error
         names = {"robot": self.description.name, "backend": self.backend.name}
         whole = {**names, **answer, **self.changes.to_dict()}
         if self.error:

@@ -22,6 +22,9 @@ REACH = 3.0
 MAX_SPEED_M_S = 5.0
 """A robot whose wheels can drive faster is doubtful, in m/s."""
 
+DEFAULT_RATE_HZ = 20.0
+"""The rate of a sensor without ``rate_hz``: a sample in each tick of a run without --rate."""
+
 METRES = "Give lengths in metres"
 
 
@@ -56,6 +59,15 @@ def _find_unusable_sensors(robot: RobotDescription) -> Iterator[str]:
             yield (
                 f"{device.name}.{key}: with {value}, its samples are older than safety.max_age_s, "
                 f"{robot.safety.max_age_s:g} s, so each run stops. {remedy}"
+            )
+    for sensor in robot.all_of("range_sensor"):
+        silence_s = sensor.latency_s + sensor.echo_free_samples / (sensor.rate_hz or DEFAULT_RATE_HZ)
+        if sensor.loss and silence_s >= robot.safety.max_age_s:
+            yield (
+                f"{sensor.name}.loss: with {sensor.loss:g}, {sensor.echo_free_samples} samples in a row without an "
+                f"echo show that nothing is in range. They take {silence_s:.2g} s, and safety.max_age_s is "
+                f"{robot.safety.max_age_s:g} s, so a run stops when the way becomes free. Raise max_age_s, or use a "
+                "sensor that loses fewer echoes"
             )
     for sensor in robot.sensors_ahead:
         max_range_m: float = getattr(sensor, "max_range_m", math.inf)

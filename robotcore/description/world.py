@@ -37,14 +37,16 @@ Outline = tuple[tuple[float, float], ...]
 CYLINDER_SIDES = 24
 """The number of sides of the prism by which every simulator models a cylinder."""
 
+_ANGLES = [side * (math.tau / CYLINDER_SIDES) for side in range(CYLINDER_SIDES)]
+_UNIT_CIRCLE = [(math.cos(angle), math.sin(angle)) for angle in _ANGLES]
+
 
 def round_outline(x: float, y: float, radius: float) -> Outline:
     """Return a regular polygon with `CYLINDER_SIDES` corners.
 
     x, y, radius: the circle through the corners, in metres.
     """
-    step = math.tau / CYLINDER_SIDES
-    return tuple((x + radius * math.cos(i * step), y + radius * math.sin(i * step)) for i in range(CYLINDER_SIDES))
+    return tuple((x + radius * cos, y + radius * sin) for cos, sin in _UNIT_CIRCLE)
 
 
 class Floor(StrictModel):
@@ -91,8 +93,8 @@ class Prism(StrictModel):
     @property
     def outline(self) -> Outline:
         """The outline on the floor, in the world's frame."""
-        pose = Pose(self.x_m, self.y_m, self.yaw_rad)
-        return tuple(pose.to_world(x, y) for x, y in self.local_outline)
+        (x, y), cos, sin = (self.x_m, self.y_m), math.cos(self.yaw_rad), math.sin(self.yaw_rad)
+        return tuple((x + a * cos - b * sin, y + a * sin + b * cos) for a, b in self.local_outline)
 
 
 class Box(Prism):

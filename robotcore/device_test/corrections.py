@@ -9,6 +9,9 @@ from robotcore.description import RobotDescription
 from robotcore.hal.backend import Backend
 from robotcore.hardware import DeviceDriver, HardwareBackend
 
+MEASURED = ("model", "control", "trim")
+"""The settings of a motor that were measured at its wheel. They stay there, while the settings of the wires move."""
+
 
 class Corrections:
     """The corrected tables of devices in a backend's section, and the corrected values of their descriptions.
@@ -51,7 +54,7 @@ class Corrections:
         return self._drivers.get(device)
 
     def swap(self, sources: Mapping[str, str]) -> bool:
-        """Give each device the table of another one. Return False if one of them has no table.
+        """Give each device the table of another one, apart from `MEASURED`. Return False if one of them has no table.
 
         sources: the name of the device whose table belongs to each device, by its name.
         """
@@ -59,8 +62,11 @@ class Corrections:
         if not names <= self._drivers.keys():
             return False
         tables, drivers = dict(self._after), dict(self._drivers)
-        self._after.update({name: tables[source] for name, source in sources.items()})
-        self._drivers.update({name: drivers[source] for name, source in sources.items()})
+        for name, source in sources.items():
+            wires = {key: value for key, value in tables[source].items() if key not in MEASURED}
+            measured = {key: value for key, value in tables[name].items() if key in MEASURED}
+            is_alike = type(drivers[name]) is type(drivers[source])
+            self._set_table(name, wires | measured if is_alike else tables[source], type(drivers[source]))
         return True
 
     def correct(self, device: str, mistake: str, observed: Any = None) -> Mapping[str, Any] | None:
@@ -68,11 +74,12 @@ class Corrections:
         driver = self._drivers.get(device)
         if driver is None or (settings := driver.correct(mistake, observed)) is None:
             return None
-        table = {**self._after[device], **settings}
-        self._after[device] = table
-        own = {key: value for key, value in table.items() if key != "driver"}
-        self._drivers[device] = type(driver).model_validate(own)
+        self._set_table(device, {**self._after[device], **settings}, type(driver))
         return settings
+
+    def _set_table(self, device: str, table: dict[str, Any], driver: type[DeviceDriver]) -> None:
+        self._after[device] = table
+        self._drivers[device] = driver.model_validate({key: each for key, each in table.items() if key != "driver"})
 
     def correct_description(self, device: str, values: Mapping[str, Any]) -> None:
         """Correct values of a device's description."""

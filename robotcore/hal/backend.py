@@ -73,6 +73,11 @@ class Setup:
     """Whether the simulator opens a window."""
     options: Mapping[str, Any] = field(default_factory=dict)
     """The user's options for the backend."""
+    is_ideal: bool = False
+    """Whether the simulated devices have none of the imperfections that a robot's file describes.
+
+    ``robot`` has none then.
+    """
 
     def options_as(self, model: type[OptionsT]) -> OptionsT:
         """Return the user's options as an instance of a model. Raises UsageError for an unknown or invalid option."""

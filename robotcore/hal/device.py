@@ -169,7 +169,7 @@ class Sensor(Device, ABC, Generic[SampleT]):
     """
 
     is_compensated: bool = False
-    """Whether the samples lack the errors that the robot's file describes already, such as those of a recording."""
+    """Whether the samples have no described errors, such as those of a recording or a script."""
 
     def find_problem(self, sample: SampleT) -> str:
         """Return the problem of a sample and the remedy, such as for a low voltage; ``""`` if there is no problem.

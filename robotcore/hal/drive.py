@@ -139,8 +139,10 @@ class Odometry:
 
     def _add_arc(self, angles: Wheels) -> None:
         last, self._last = self._last, angles
-        rolled = self._geometry.to_twist(Wheels(angles.left - last.left, angles.right - last.right))
-        self.latest = self.latest.advance(rolled.linear, rolled.angular)
+        if angles == last:  # mostly a further reading in a tick
+            return
+        distance, turn = self._geometry.to_arc(angles.left - last.left, angles.right - last.right)
+        self.latest = self.latest.advance(distance, turn)
 
 
 class CommandIntegrator:

@@ -46,14 +46,14 @@ class Display(Actuator[Image], ABC):
 
 
 class MemoryDisplay(Display):
-    """A display that keeps a copy of the newest picture in ``picture``."""
+    """A display that keeps the newest picture in ``picture``: a copy, unless the picture is read-only."""
 
     def __init__(self, name: str) -> None:
         super().__init__(name)
         self.picture: Image | None = None
 
     def _apply(self, image: Image) -> None:
-        self.picture = image.copy()
+        self.picture = image.copy() if image.flags.writeable else image
 
 
 def check_pictures(_robot: Robot, display: Display) -> None:

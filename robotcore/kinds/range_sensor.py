@@ -31,9 +31,6 @@ LOST_IN_A_ROW = 1e-3
 N is the least number for which the probability that all N echoes were lost is at most this.
 """
 
-MAX_ECHO_FREE_SAMPLES = 20
-"""The greatest `RangeSensorDescription.echo_free_samples`, also of a sensor that loses nearly all echoes."""
-
 
 class RangeSensorDescription(SensorDescription):
     """A sensor that measures the distance to the nearest body in a cone."""
@@ -50,8 +47,8 @@ class RangeSensorDescription(SensorDescription):
     """The constant error of the measured distances, in metres. A run compensates it."""
     noise_m: Annotated[float, Field(ge=0, le=1), Ideal(0.0)] = 0.0
     """The standard deviation of the measured distances, in metres."""
-    loss: Annotated[float, Field(ge=0, le=1), Ideal(0.0)] = 0.0
-    """The share of measurements without an echo, from 0 to 1. Each returns ``inf``, like a body that is too far."""
+    loss: Annotated[float, Field(ge=0, le=0.5), Ideal(0.0)] = 0.0
+    """The share of measurements without an echo, from 0 to 0.5. Each returns ``inf``, like a body that is too far."""
 
     @model_validator(mode="after")
     def _ranges_in_order(self) -> RangeSensorDescription:
@@ -68,8 +65,7 @@ class RangeSensorDescription(SensorDescription):
         """
         if not self.loss:
             return 1
-        row = math.log(LOST_IN_A_ROW) / math.log(self.loss) if self.loss < 1 else math.inf
-        return math.ceil(min(row, MAX_ECHO_FREE_SAMPLES))
+        return math.ceil(math.log(LOST_IN_A_ROW) / math.log(self.loss))
 
     def configure(self, device: RangeSensor) -> None:
         super().configure(device)
@@ -79,7 +75,8 @@ class RangeSensorDescription(SensorDescription):
         return mount.is_ahead
 
     def find_nearest_ahead(self, mount: Mount, front_x_m: float) -> float:
-        return self.min_range_m
+        # A sensor that reads too little reads its minimum for a body that is farther away.
+        return self.min_range_m - min(self.offset_m, 0.0)
 
     def arguments(self) -> dict[str, Any]:
         return {"min_range": self.min_range_m, "max_range": self.max_range_m, "cone": self.cone_rad}

@@ -114,7 +114,9 @@ class Plan:
         world, drawn = _load_world(request, description, builds_world=builds_world)
         backend.require_installed()
         robot = description.with_conditions(world.conditions) if world and builds_world else description
-        setup = Setup(robot, world, devices, request.rate_hz, request.seed or 0, request.gui, request.options)
+        setup = Setup(
+            robot, world, devices, request.rate_hz, request.seed or 0, request.gui, request.options, request.ideal
+        )
         if request.has_separate_motors:
             description = description.model_copy(update={"drive": None})
         judge = behaviour if judge is None else judge

@@ -97,6 +97,8 @@ class RunResult:
     """The digest of the trace, see `Trace`."""
     dropped_pictures: int | None = None
     """The number of pictures that are missing in the recording. None without a recording."""
+    ideal: bool = False
+    """Whether the simulated devices had none of the imperfections of the robot's file."""
     error: BaseException | None = field(default=None, repr=False, compare=False)
     """The exception that ended the run, if one did."""
 

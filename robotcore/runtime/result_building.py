@@ -58,6 +58,7 @@ def build_result(
         conditions=plan.drawn,
         faults=[str(fault) for fault in plan.faults],
         notes=[*notes],
+        ideal=request.ideal,
         error=error,
     )
     if not loop:

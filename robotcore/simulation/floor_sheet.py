@@ -12,7 +12,7 @@ from robotcore.description import WorldDescription
 from robotcore.description.floor_colours import FloorColours
 from robotcore.description.meshes import Rectangle
 from robotcore.description.png import Pixels
-from robotcore.simulation.painter.rasterizing import fill
+from robotcore.simulation.painter.rasterizing import rasterize
 
 TEXEL_M = 0.001
 """The least width of a texel on the floor, in metres."""
@@ -87,7 +87,9 @@ def _draw_lines(world: WorldDescription, pixels: Pixels, texel: float, origin: I
     numbers = np.zeros(pixels.shape[:2], dtype=np.uint32)
     for number, line in enumerate(world.lines, start=1):
         for outline in line.outlines:
-            fill(numbers, ((np.array(outline) - origin) / texel - 0.5).tolist(), number)
+            corners = (np.array(outline) - origin) / texel - 0.5
+            area = rasterize(corners[:, 0].tolist(), corners[:, 1].tolist(), pixels.shape[1], pixels.shape[0])
+            area.fill(numbers, number)
     colours = np.array([(0, 0, 0), *(line.colour for line in world.lines)], dtype=np.uint8)
     is_line = numbers > 0
     pixels[is_line] = colours[numbers[is_line]]

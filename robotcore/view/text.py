@@ -55,7 +55,8 @@ def format_heading(result: RunResult) -> str:
     """Return a heading such as ``green-search on kinematic, arena, seed 7``."""
     place = [result.world] if result.world else []
     seed = [f"seed {result.seed}"] if result.seed is not None else []
-    return ", ".join([f"{result.app} on {result.backend}", *place, *seed])
+    ideal = ["ideal devices"] if result.ideal else []
+    return ", ".join([f"{result.app} on {result.backend}", *place, *seed, *ideal])
 
 
 def format_evaluation_heading(result: RunResult, recorded: RunResult) -> str:

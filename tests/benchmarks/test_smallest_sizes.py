@@ -53,6 +53,7 @@ BOUNDED = {
     "loop": "--pairs 1 --ticks 1 --search 0.5",
     "recording": "--pairs 1 --kills 1 --seconds 0.5 --search 1",
     "run_endings": "--trials 1 --exhausted 1 --simulators 1",
+    "search_speed": "--worlds open --seeds 1 --sweeps 1 --sweep-seeds 1 --against .",
     "silent_operator": "--trials 1 --backends kinematic",
     "slip": "--runs 1",
     "startup": "--pairs 1",

@@ -47,6 +47,8 @@ def load_true_hardware(setup: Setup, truth: str, section: str, simulated: Collec
     in it.
     """
     robot = load_truth(truth, section, setup.robot)
+    if setup.is_ideal:
+        robot = robot.idealise()
     if setup.world:
         robot = robot.with_conditions(setup.world.conditions)
     bindings = bind_devices(robot, section, robot.backends[section].keys())

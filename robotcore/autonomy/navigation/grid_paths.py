@@ -14,6 +14,9 @@ Cell = tuple[int, int]
 Scalar = TypeVar("Scalar", bound=np.generic)
 
 UNREACHED = np.iinfo(np.int32).max
+NEAR_CELLS = 48
+"""`wavefront` first searches up to this distance from the start, in cells."""
+
 SQUARE = cv2.getStructuringElement(cv2.MORPH_RECT, (3, 3))
 """A cell and its eight neighbours, for the morphological functions of OpenCV."""
 
@@ -35,6 +38,14 @@ def wavefront(start: Cell, open_cells: Mask, goals: Mask | None = None) -> Steps
     steps = np.full(open_cells.shape, UNREACHED, dtype=np.int32)
     passable = open_cells.copy()
     passable[start] = True
+    if goals is not None:
+        # Most goals are near. In a square, the search is faster, and paths up to its sides are the same as on the grid.
+        top, left = (max(at - NEAR_CELLS, 0) for at in start)
+        near = slice(top, start[0] + NEAR_CELLS + 1), slice(left, start[1] + NEAR_CELLS + 1)
+        found = _flood((start[0] - top, start[1] - left), passable[near], goals[near])
+        if 0 < found[goals[near]].min(initial=UNREACHED) <= NEAR_CELLS:
+            steps[near] = found
+            return steps
     left, top, width, height = cv2.boundingRect(passable.view(np.uint8))
     inside = slice(top, top + height), slice(left, left + width)
     local = start[0] - top, start[1] - left
@@ -150,17 +161,40 @@ def are_straight_ways(open_cells: Mask, starts: ArrayLike, goals: ArrayLike, cor
 Angles = NDArray[np.float64]
 Cells = NDArray[np.intp]
 
-Rays = tuple[NDArray[np.float64], NDArray[np.float64]]
-"""The rows and the columns of the cells along rays, relative to the rays' start, each (angles, radii)."""
+
+class Rays:
+    """The cells along rays, relative to the rays' start.
+
+    rows, columns: the rows and the columns of the cells as whole floats, (angles, radii).
+    """
+
+    def __init__(self, rows: NDArray[np.float64], columns: NDArray[np.float64]) -> None:
+        self.rows, self.columns = rows, columns
+        self._width, self._index = 0, np.empty(0, np.intp)
+
+    def index(self, width: int) -> Cells:
+        """Return the cells' indices in a flattened grid with ``width`` columns, relative to that of the start."""
+        if width != self._width:
+            self._width, self._index = width, (self.rows * width + self.columns).astype(np.intp)
+        return self._index
+
+    def lie_within(self, top: int, left: int, size: int) -> Mask:
+        """Return whether each cell lies in a square of cells.
+
+        top, left: the row and the column of the square's first cell, relative to the rays' start.
+        size: the number of rows and of columns of the square.
+        """
+        is_in_rows = (self.rows >= top) & (self.rows < top + size)
+        return np.asarray(is_in_rows & (self.columns >= left) & (self.columns < left + size))
 
 
-def compute_ray_offsets(angles: Angles, radii: Cells) -> Rays:
+def compute_rays(angles: Angles, radii: Cells) -> Rays:
     """Return the cells along rays.
 
     angles: the directions of the rays in radians. The column grows in the direction 0, the row in the direction π/2.
     radii: the distances of a ray's cells from its start, in cells.
     """
-    return np.rint(np.sin(angles)[:, None] * radii), np.rint(np.cos(angles)[:, None] * radii)
+    return Rays(np.rint(np.sin(angles)[:, None] * radii), np.rint(np.cos(angles)[:, None] * radii))
 
 
 def cut_out(array: NDArray[Scalar], low: Cell, high: Cell) -> NDArray[Scalar]:

@@ -195,6 +195,8 @@ class RangeIntegrator:
 
 def _intersect_cones(first: Pose, last: Pose, cone: float) -> tuple[Pose, float]:
     """Return the direction and the angle of the cone that a sensor covered all the time between two poses."""
+    if first == last:
+        return last, cone
     middle = Pose(*((a + b) / 2 for a, b in zip(first, last, strict=True)))
     return middle, max(0.0, cone - abs(wrap_angle(last.heading - first.heading)))
 
@@ -294,8 +296,10 @@ class NavigationMap:
         is_forgotten = False
         if since is not None and is_new_reading:
             self._last_reading = new_reading
-            begun_at = self._past.at(since).compose(self._sensor_mounts.at(since))
-            is_forgotten = self._integrator.add(sensor, reading.distance, read_at.compose(sensor_mount), begun_at)
+            at = begun_at = read_at.compose(sensor_mount)
+            if since != reading.time:
+                begun_at = self._past.at(since).compose(self._sensor_mounts.at(since))
+            is_forgotten = self._integrator.add(sensor, reading.distance, at, begun_at)
         if is_new_reading or is_new_view:
             self._last_view = new_view
             self.grid.add_free_disc(pose.x, pose.y, robot.drive.reach, robot.drive.inner_reach)

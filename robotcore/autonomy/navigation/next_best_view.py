@@ -6,10 +6,12 @@ import math
 from functools import lru_cache
 from typing import NamedTuple
 
+import cv2
 import numpy as np
 from numpy.typing import NDArray
 
 from robotcore.autonomy.navigation.grid_paths import (
+    SQUARE,
     UNREACHED,
     Angles,
     Cell,
@@ -17,7 +19,7 @@ from robotcore.autonomy.navigation.grid_paths import (
     Rays,
     Steps,
     backtrack,
-    compute_ray_offsets,
+    compute_rays,
     cut_out,
     mask_hidden,
     set_outside,
@@ -66,7 +68,9 @@ class Coverage:
         self._reach = round(VIEW_M / grid.cell)
         self._angles = np.linspace(0.0, math.tau, COARSE_RAYS, endpoint=False, dtype=np.float64)
         self._radii = np.arange(1, self._reach + 1)
-        self._coarse_rays = compute_ray_offsets(self._angles, self._radii[COARSE_CELLS - 1 :: COARSE_CELLS])
+        radii = self._radii[COARSE_CELLS - 1 :: COARSE_CELLS]
+        self._coarse_rays = compute_rays(self._angles, radii)
+        self._areas = radii * (COARSE_CELLS * math.tau / COARSE_RAYS * grid.cell**2)
 
     def add_view(self, eye: Pose, field_of_view: float) -> None:
         """Mark the free cells in a camera's field of view as seen.
@@ -77,25 +81,25 @@ class Coverage:
         field_of_view: the camera's horizontal field of view in radians.
         """
         (row, column), count = self._grid.cell_of(eye.x, eye.y), self._grid.count
-        rows, columns = compute_ray_offsets(eye.heading + _spread_angles(field_of_view), self._radii)
-        cells = (rows * count + columns + (row * count + column)).astype(np.intp)
+        rays = compute_rays(eye.heading + _spread_angles(field_of_view), self._radii)
+        cells = rays.index(count) + (row * count + column)
         is_free = self._grid.evidence.take(cells, mode="clip") < 0
         if not self._reach <= min(row, column) <= max(row, column) < count - self._reach:
-            is_free &= (rows >= -row) & (rows < count - row) & (columns >= -column) & (columns < count - column)
-        self.seen.reshape(-1)[cells[np.logical_and.accumulate(is_free, axis=1)]] = True
+            is_free &= rays.lie_within(-row, -column, count)
+        self.seen.put(cells[np.logical_and.accumulate(is_free, axis=1)], True)
 
     def add_full_turn(self, x: float, y: float) -> None:
         """Mark all cells as seen that the camera may have seen in a full turn at a point. Call it after the turn."""
-        row, column = self._grid.cell_of(x, y)
-        rays = compute_ray_offsets(np.linspace(0.0, math.tau, math.ceil(math.tau / FINE_RAD)), self._radii)
+        (row, column), count = self._grid.cell_of(x, y), self._grid.count
+        rays = compute_rays(np.linspace(0.0, math.tau, math.ceil(math.tau / FINE_RAD)), self._radii)
         is_seen = self._view_probabilities(np.array([(row, column)]), rays, 1)[0] > 0
-        rows, columns = (each.astype(np.intp) for each in rays)
-        self.seen[rows[is_seen] + row, columns[is_seen] + column] = True
+        self.seen.put(rays.index(count)[is_seen] + row * count + column, True)
 
     def unseen_bearings(self, pose: Pose) -> Angles:
         """Return the bearings from a pose at which at least `MIN_TURN_M2` of unseen area is visible, in [-π, π)."""
         areas = self._measure_unseen_along_rays(np.array([self._grid.cell_of(pose.x, pose.y)]))[0]
-        around = areas + np.roll(areas, 1) + np.roll(areas, -1)
+        ring = np.concatenate((areas[-1:], areas, areas[:1]))
+        around = areas + ring[:-2] + ring[2:]
         return np.asarray((self._angles[around >= MIN_TURN_M2] - pose.heading + math.pi) % math.tau - math.pi)
 
     def gains(self, cells: Cells) -> Areas:
@@ -106,10 +110,7 @@ class Coverage:
         return np.asarray(self._measure_unseen_along_rays(cells).sum(axis=1))
 
     def _measure_unseen_along_rays(self, cells: Cells) -> Areas:
-        probabilities = self._view_probabilities(cells, self._coarse_rays, COARSE_CELLS)
-        radii = COARSE_CELLS * np.arange(1, probabilities.shape[2] + 1)
-        areas = radii * (COARSE_CELLS * math.tau / COARSE_RAYS * self._grid.cell**2)
-        return np.asarray((probabilities * areas).sum(axis=2))
+        return np.asarray((self._view_probabilities(cells, self._coarse_rays, COARSE_CELLS) * self._areas).sum(axis=2))
 
     def _view_probabilities(self, starts: Cells, rays: Rays, step: int) -> Probabilities:
         """Return for each cell along rays the probability that a camera at the ray's start sees it for the first time.
@@ -120,11 +121,11 @@ class Coverage:
         step: the distance between successive cells of a ray, in cells.
         """
         if not len(starts):
-            return np.zeros((0, *rays[0].shape))
+            return np.zeros((0, *rays.rows.shape))
         low = starts.min(axis=0) - self._reach
         codes = self._encode_cells(low, starts.max(axis=0) + self._reach)
         first = (starts - low) @ (codes.shape[1], 1)
-        along = codes.take(first[:, None, None] + (rays[0] * codes.shape[1] + rays[1]).astype(np.intp))
+        along = codes.take(first[:, None, None] + rays.index(codes.shape[1]))
         opacity = along & OPACITY_BITS
         is_near = np.arange(along.shape[2]) < round(CLOSE_M / self._grid.cell / step)
         unknown = np.cumsum(along & UNKNOWN_BIT > 0, axis=2, dtype=np.uint8) * (step * self._grid.cell)
@@ -144,8 +145,7 @@ class Coverage:
         walls = evidence > 0
         set_outside(walls, wider[0], self.seen.shape, False)
         opacity = walls.view(np.uint8) + (walls & (nearest_echo <= CLOSE_M))
-        opacity = np.maximum(np.maximum(opacity[:-2], opacity[1:-1]), opacity[2:])
-        opacity = np.maximum(np.maximum(opacity[:, :-2], opacity[:, 1:-1]), opacity[:, 2:])
+        opacity = np.asarray(cv2.dilate(opacity, SQUARE), np.uint8)[1:-1, 1:-1]
         is_unknown, is_seen = evidence[1:-1, 1:-1] >= 0, cut_out(self.seen, (top, left), (bottom, right))
         codes = opacity + UNKNOWN_BIT * is_unknown.view(np.uint8) + SEEN_BIT * is_seen.view(np.uint8)
         set_outside(codes, (top, left), self.seen.shape, 2 + UNKNOWN_BIT)

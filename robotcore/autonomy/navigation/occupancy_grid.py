@@ -48,8 +48,8 @@ CLOSED_CELLS = 2
 """`OccupancyGrid.clearance` fills gaps between free cells of up to this width, in cells."""
 
 Metres = NDArray[np.float32]
-Indices = tuple[NDArray[np.intp], NDArray[np.intp]]
-"""The rows and the columns of cells, each (n,)."""
+Indices = NDArray[np.intp]
+"""The indices of cells in a flattened map, (n,)."""
 
 Window = tuple[slice, slice]
 """The rows and the columns of a rectangle of cells."""
@@ -190,17 +190,15 @@ class OccupancyGrid:
         """
         reach = min(distance, max_range)
         cells, radius = self._find_cone(sensor, reach + self.cell, cone)
-        rows, columns = cells
-        is_updated = radius < reach + self.cell
-        self.updated_at[rows[is_updated], columns[is_updated]] = self.travelled
-        evidence = self.evidence[cells]
+        self.updated_at.put(cells[radius < reach + self.cell], self.travelled)
+        evidence = self.evidence.take(cells)
         evidence[radius < reach - 0.5 * self.cell - NOISE_SIGMAS * noise] += FREE_EVIDENCE
         if distance <= max_range:
             is_echo = self._mask_echo(evidence > 0, radius - distance)
             evidence[is_echo] += OCCUPIED_EVIDENCE
-            echo = rows[is_echo], columns[is_echo]
-            self.nearest_echo[echo] = np.minimum(self.nearest_echo[echo], distance)
-        self.evidence[cells] = np.minimum(np.maximum(evidence, -EVIDENCE_LIMIT), EVIDENCE_LIMIT)
+            echo = cells[is_echo]
+            self.nearest_echo.put(echo, np.minimum(self.nearest_echo.take(echo), distance))
+        self.evidence.put(cells, np.minimum(np.maximum(evidence, -EVIDENCE_LIMIT), EVIDENCE_LIMIT))
 
     def add_free_disc(self, x: float, y: float, radius: float, certain: float) -> None:
         """Mark the cells around a point as free, such as the floor under the robot.
@@ -220,11 +218,11 @@ class OccupancyGrid:
         x, y = sensor.to_world(distance, 0.0)
         if not self.is_within(x, y, 0.0) or self.evidence[self.cell_of(x, y)] > SURELY_FREE:
             return False  # Nearly every call ends here. The rest of the method takes as long as `add_range`.
-        return bool((self.evidence[self._find_echo_area(sensor, distance, cone)] <= SURELY_FREE).all())
+        return bool((self.evidence.take(self._find_echo_area(sensor, distance, cone)) <= SURELY_FREE).all())
 
     def clear_echo(self, sensor: Pose, distance: float, cone: float) -> None:
         """Mark the cells at the position of an echo and next to it as unknown."""
-        self.evidence[self._find_echo_area(sensor, distance, cone)] = 0.0
+        self.evidence.put(self._find_echo_area(sensor, distance, cone), 0.0)
 
     def forget(self, cells: Mask) -> None:
         """Mark cells as unknown."""
@@ -286,9 +284,12 @@ class OccupancyGrid:
         )
         dx, dy = self._xs[columns] - x, (self._ys[rows] - y)[:, None]
         ahead, aside = dx * cos + dy * sin, np.abs(dy * cos - dx * sin)
-        in_cone = np.flatnonzero((ahead > 0) & (aside <= np.maximum(ahead * slope, narrow)))
-        row, column = np.divmod(in_cone, max(ahead.shape[1], 1))
-        return (row + rows.start, column + columns.start), np.hypot(ahead.take(in_cone), aside.take(in_cone))
+        is_inside = (ahead > 0) & (aside <= np.maximum(ahead * slope, narrow))
+        (inside,) = is_inside.reshape(-1).nonzero()
+        width = max(ahead.shape[1], 1)
+        # Each row of the map has this number of cells more than a row of the rectangle.
+        cells = inside + inside // width * (self.count - width) + (rows.start * self.count + columns.start)
+        return cells, np.hypot(ahead.take(inside), aside.take(inside))
 
     def _mask_echo(self, occupied: Mask, beyond: NDArray[np.float64]) -> Mask:
         """Return for each cell of a cone whether it may have caused an echo, (n,).
@@ -299,13 +300,12 @@ class OccupancyGrid:
         beyond: each cell's distance from the sensor minus the echo's, in metres.
         """
         known = (np.abs(beyond) <= 1.5 * self.cell) & occupied
-        return known if known.any() else (beyond >= -0.5 * self.cell) & (beyond <= self.cell)
+        return known if np.count_nonzero(known) else (beyond >= -0.5 * self.cell) & (beyond <= self.cell)
 
     def _find_echo_area(self, sensor: Pose, distance: float, cone: float) -> Indices:
         tolerance = ECHO_TOLERANCE * self.cell
-        (rows, columns), radius = self._find_cone(sensor, distance + tolerance, cone)
-        is_near = np.abs(radius - distance) <= tolerance
-        return rows[is_near], columns[is_near]
+        cells, radius = self._find_cone(sensor, distance + tolerance, cone)
+        return np.asarray(cells[np.abs(radius - distance) <= tolerance])
 
     def _away(self, window: Window, x: float, y: float) -> NDArray[np.float64]:
         return np.asarray(np.hypot(self._xs[window[1]] - x, (self._ys[window[0]] - y)[:, None]))

@@ -115,8 +115,8 @@ def require_board(selection: ViewSelection, board: Board, without: Sequence[Imag
         return
     if other := board.find_other_size(without):
         raise CalibrationError(
-            f"the pictures show no board of {board} inner corners, but one of {other}. Give --board {other}, or use "
-            "another board",
+            f"the pictures show no board of {board} inner corners, but one of {other}. Give --board {other}, "
+            "or keep the whole board in the picture",
             kind="other-board",
             board=str(other),
         )

@@ -66,6 +66,9 @@ def require_content(pictures: list[Image]) -> None:
 
 def read_folder(folder: Path) -> Iterator[Image]:
     """Yield the grey pictures in a folder, in the order of their names. Raises UsageError if there are none."""
+    if not folder.is_dir():
+        text = f"there is no folder {folder}. Name a folder with pictures of the board"
+        raise UsageError(text, kind="no-folder", folder=str(folder))
     files = sorted(file for file in folder.iterdir() if file.suffix.lower() in SUFFIXES)
     if not files:
         text = f"{folder} has no pictures. Name a folder with files such as 01.png or 01.jpg"

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterable, Iterator
 
 import numpy as np
@@ -13,6 +14,9 @@ from robotcore.description.world import Ball, Box, Cylinder, Floor, Outline, Wor
 from robotcore.errors import DescriptionError, Mistake
 
 Array = NDArray[np.float64]
+
+ROUNDING_M = 1e-9
+"""A greater gap than the required one by this length, in metres, is no matter of rounding."""
 
 
 def compute_gap(one: Outline, other: Outline) -> float:
@@ -27,6 +31,24 @@ def compute_gap(one: Outline, other: Outline) -> float:
     """
     a, b = np.array(one), np.array(other)
     return max(_largest_gap(a, b), _largest_gap(b, a))
+
+
+def has_gap(one: Outline, other: Outline, gap: float) -> bool:
+    """Return whether `compute_gap` of two bodies is at least ``gap``, in metres. It is faster for bodies far apart.
+
+    The outlines are rectangles or regular polygons with an even number of sides.
+    """
+    (ax, ay, a), (bx, by, b) = _compute_circle(one), _compute_circle(other)
+    # Among the normals of n sides, one differs from the way between the middles by at most π/n.
+    nearest_normal = math.cos(math.pi / max(len(one), len(other)))
+    is_far = math.hypot(bx - ax, by - ay) * nearest_normal - a - b > gap + ROUNDING_M
+    return is_far or compute_gap(one, other) >= gap
+
+
+def _compute_circle(outline: Outline) -> tuple[float, float, float]:
+    """Return the middle and the radius of the circle through an outline's corners."""
+    (x, y), (other_x, other_y) = outline[0], outline[len(outline) // 2]
+    return (x + other_x) / 2, (y + other_y) / 2, math.hypot(other_x - x, other_y - y) / 2
 
 
 def gap_to_edge(outline: Outline, floor: Floor) -> float:

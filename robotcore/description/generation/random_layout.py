@@ -9,7 +9,7 @@ from random import Random
 from typing import Any, NamedTuple
 
 from robotcore.description.conditions import Light
-from robotcore.description.generation.gaps import compute_gap, gap_to_edge
+from robotcore.description.generation.gaps import gap_to_edge, has_gap
 from robotcore.description.generation.reachability import is_solvable, is_target_hidden, is_target_in_view
 from robotcore.description.robot import RobotDescription
 from robotcore.description.world import Ball, Box, Cylinder, Outline, Start, Variation, WorldDescription, round_outline
@@ -162,7 +162,7 @@ class _LayoutDrawing:
 
     def _add_target(self, target: Ball, world: WorldDescription) -> WorldDescription | None:
         ball = target.model_copy(update=self._draw_position(target))
-        is_apart = compute_gap(self._disc(world.start), ball.outline) >= TURNING_MARGIN_M
+        is_apart = has_gap(self._disc(world.start), ball.outline, TURNING_MARGIN_M)
         if not self._check(TARGET_ROOM, is_met=is_apart and _has_room(ball.outline, world, self._gap)):
             return None
         drawn = world.model_copy(update={"targets": (*world.targets, ball)})
@@ -257,5 +257,5 @@ def _least_gap(variation: Variation, robot: RobotDescription) -> float:
 def _has_room(outline: Outline, world: WorldDescription, gap: float) -> bool:
     from_edge = gap if world.walls else 0.0
     return gap_to_edge(outline, world.floor) >= from_edge and all(
-        compute_gap(outline, body.outline) >= gap for body in world.bodies
+        has_gap(outline, body.outline, gap) for body in world.bodies
     )

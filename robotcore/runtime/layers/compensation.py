@@ -3,17 +3,15 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 from dataclasses import replace
-from typing import Any
+from typing import Any, Generic
 
 from robotcore.description import RobotDescription
 from robotcore.hal.device import SampleT, Sensor
 from robotcore.kinds.motor import MotorDescription
 from robotcore.kinds.range_sensor import Range, RangeSensorDescription
 from robotcore.runtime.layers.base import Layer, MotorOutput, Reader
-
-MAX_AGE_SHARE = 0.5
-"""The age up to which an echo is repeated, as a share of ``max_age_s``. An older sample would end the run."""
 
 
 class CompensationLayer(Layer):
@@ -27,7 +25,6 @@ class CompensationLayer(Layer):
     def __init__(self, description: RobotDescription) -> None:
         self._motors = {motor.name: motor for motor in description.all_of(MotorDescription) if not motor.is_exact}
         self._range_sensors = {sensor.name: sensor for sensor in description.all_of(RangeSensorDescription)}
-        self._max_age_s = MAX_AGE_SHARE * description.safety.max_age_s
 
     def motor(self, motor: MotorOutput) -> MotorOutput:
         """Return an output that sends the compensated command, and returns the velocity of the wheel for it."""
@@ -46,36 +43,48 @@ class CompensationLayer(Layer):
         if offset_m := described.offset_m:
 
             def subtract(distance: float, _ray: Any) -> float:
-                return distance - offset_m
+                # At the minimum, the body may be nearer.
+                return distance - offset_m if distance > described.min_range_m else distance
 
-            def read_without_offset() -> SampleT:
-                return sensor.change_distances(read(), subtract)
-
-            corrected = read_without_offset
+            corrected = ChangedSamples(read, lambda sample: sensor.change_distances(sample, subtract))
         if described.echo_free_samples > 1:
-            corrected = EchoHold(corrected, described.echo_free_samples, self._max_age_s - described.latency_s)
+            corrected = EchoHold(corrected, described.echo_free_samples)
         return corrected
+
+
+class ChangedSamples(Generic[SampleT]):
+    """Reads changed samples. A sample that is read again is the same object, so that a recording has it once."""
+
+    def __init__(self, read: Reader[SampleT], change: Callable[[SampleT], SampleT]) -> None:
+        self._read, self._change = read, change
+        self._sample: SampleT | None = None
+        self._changed: SampleT | None = None
+
+    def __call__(self) -> SampleT:
+        sample = self._read()
+        if self._changed is None or sample != self._sample:
+            self._sample, self._changed = sample, self._change(sample)
+        return self._changed
 
 
 class EchoHold:
     """Reads a range sensor that loses echoes. A lost echo makes no new sample.
 
     A sample without an echo may be a lost echo. Until enough of them follow each other, the last echo is the newest
-    sample.
+    sample. It ends the run if it gets older than ``max_age_s``: then nothing is known about the space ahead.
 
     read: reads the sensor.
     echo_free_samples: the number of samples in a row without an echo that show that nothing is in range.
-    limit_s: the longest time in seconds from an echo to a sample in place of which it is returned.
 
     >>> readings = [Range(0.5, 0.0, 0), Range(math.inf, 0.1, 1), Range(0.4, 0.2, 2), *(
     ...     Range(math.inf, tick / 10, tick) for tick in (3, 4, 5))]
-    >>> read = EchoHold(iter(readings).__next__, echo_free_samples=2, limit_s=0.5)
+    >>> read = EchoHold(iter(readings).__next__, echo_free_samples=2)
     >>> [read().distance for _ in readings]
     [0.5, 0.5, 0.4, 0.4, inf, inf]
     """
 
-    def __init__(self, read: Reader[Range], echo_free_samples: int, limit_s: float) -> None:
-        self._read, self._echo_free_samples, self._limit_s = read, echo_free_samples, limit_s
+    def __init__(self, read: Reader[Range], echo_free_samples: int) -> None:
+        self._read, self._echo_free_samples = read, echo_free_samples
         self._echo: Range | None = None
         self._missing: set[int] = set()
         """The sequence numbers of the samples without an echo after the last echo."""
@@ -87,11 +96,8 @@ class EchoHold:
             self._missing.clear()
             return sample
         self._missing.add(sample.sequence)
-        if self._echo is None or self._is_sure(sample, self._echo):
+        if self._echo is None or len(self._missing) >= self._echo_free_samples:
             self._echo = None
             self._missing.clear()
             return sample
         return self._echo
-
-    def _is_sure(self, sample: Range, echo: Range) -> bool:
-        return len(self._missing) >= self._echo_free_samples or sample.time - echo.time > self._limit_s

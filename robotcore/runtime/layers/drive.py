@@ -20,11 +20,11 @@ from robotcore.runtime.layers.encoder_polling import EncoderPolling, TimedAngles
 from robotcore.runtime.layers.timing import TickTimer
 from robotcore.runtime.layers.wheel_angles import (
     PolledAngles,
+    PresentAngles,
     ReadCourse,
     SteeredAngles,
     WheelPathReader,
     read_angles,
-    read_present_angles,
 )
 from robotcore.safety.command_filter import CommandFilter, SafetyFilter
 from robotcore.safety.latch import Latch
@@ -85,7 +85,7 @@ def build_drive(
     rules: list[Rule] = []
     measured = _time_angles(commanded.angles, clock)
     if left and right:
-        read_present = partial(read_present_angles, left, right, commanded)
+        read_present = PresentAngles(left, right, commanded, clock)
         measured = (
             PolledAngles(read_present, polling, commanded, clock) if polling else _time_angles(read_present, clock)
         )

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import math
+import operator
 from collections.abc import Callable, Iterator, Sequence
 
 from robotcore.geometry import DifferentialGeometry, Wheels
@@ -29,12 +31,29 @@ def read_angles(left: Sequence[Encoder], right: Sequence[Encoder]) -> Wheels:
     return compute_mean_angles([each.read() for each in left], [each.read() for each in right])
 
 
-def read_present_angles(left: Sequence[Encoder], right: Sequence[Encoder], commanded: CommandIntegrator) -> Wheels:
-    """Return the mean of the present angles of each side in radians.
+class PresentAngles:
+    """Reads the mean of the present angles of each side in radians.
 
     The present angle is the encoder's angle plus the rotation that was commanded since the sample was captured.
+    Further calls with the same samples at the same time return the same object.
     """
-    return compute_present_angles([each.read() for each in left], [each.read() for each in right], commanded)
+
+    def __init__(
+        self, left: Sequence[Encoder], right: Sequence[Encoder], commanded: CommandIntegrator, clock: Clock
+    ) -> None:
+        self._encoders, self._left_count = (*left, *right), len(left)
+        self._commanded, self._clock = commanded, clock
+        self._samples: list[Angle] = []
+        self._read_at = math.nan
+        self._angles = Wheels(0.0, 0.0)
+
+    def __call__(self) -> Wheels:
+        samples, now = [each.read() for each in self._encoders], self._clock.now()
+        if now != self._read_at or not all(map(operator.is_, samples, self._samples)):
+            left, right = samples[: self._left_count], samples[self._left_count :]
+            self._angles = compute_present_angles(left, right, self._commanded)
+            self._samples, self._read_at = samples, now
+        return self._angles
 
 
 def compute_present_angles(left: Sequence[Angle], right: Sequence[Angle], commanded: CommandIntegrator) -> Wheels:
@@ -66,6 +85,8 @@ class PolledAngles:
     def __call__(self) -> Sequence[TimedAngles]:
         """Return the angles since the last call."""
         angles, now, last = self._read(), self._clock.now(), self._last
+        if last and angles is last.angles:  # a further reading in a tick
+            return (last,)
         if (samples := self._polling.list_read()) is None:
             return (TimedAngles(now, angles),)
         left, right = samples

@@ -89,8 +89,9 @@ class Faces:
         self._parts = self.block_numbers.tolist()
         self._colours = np.array([block.colour for block in blocks], dtype=np.float64).reshape(-1, 3)
         self._polygons = PolygonSet(loops)
-        self.normals = np.array([_normal(loop) for loop in loops]).reshape(-1, 3)
-        self.offsets = np.array([_normal(loop) @ loop[0] for loop in loops])
+        normals = [_compute_normal(loop) for loop in loops]
+        self.normals = np.array(normals).reshape(-1, 3)
+        self.offsets = np.array([normal @ loop[0] for normal, loop in zip(normals, loops, strict=True)])
 
     @property
     def colours(self) -> Array:
@@ -116,7 +117,11 @@ def _list_corners(block: Block) -> Iterator[Array]:
     yield np.array([(x, y, height) for x, y in reversed(outline)])
 
 
-def _normal(loop: Array) -> Array:
+def _compute_normal(loop: Array) -> Array:
     # Newell's method
-    normal = np.cross(np.roll(loop, -1, axis=0) - loop[0], loop - loop[0]).sum(axis=0)
+    here = loop - loop[0]
+    (x, y, z), (next_x, next_y, next_z) = here.T, np.concatenate((here[1:], here[:1])).T
+    # `np.cross` takes five times as long for so few corners
+    products = np.array((next_y * z - next_z * y, next_z * x - next_x * z, next_x * y - next_y * x)).T
+    normal = products.sum(axis=0)
     return np.asarray(normal / np.linalg.norm(normal))

@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
+from functools import lru_cache
 
 import numpy as np
 from numpy.typing import NDArray
 
-from robotcore.optics import CameraView
+from robotcore.optics import CameraView, Intrinsics
 from robotcore.simulation.painter.planes import Array, compute_run_starts
 from robotcore.simulation.painter.rasterizing import Area, rasterize
 
@@ -31,44 +32,44 @@ class PolygonSet:
 
         loops: the corners of each polygon in metres, (n, 3).
         """
-        self._corners = np.concatenate((np.empty((0, 3)), *loops))
-        lengths = np.array([len(loop) for loop in loops], dtype=np.intp)
-        self._starts = compute_run_starts(lengths)
-        self._ends = self._starts + lengths
-        # A polygon that is clipped gets one more corner.
-        corners = np.minimum(np.arange(lengths.max(initial=0) + 1)[:, None], lengths - 1)
-        self._indices = self._starts + corners
+        self._corners = np.asfortranarray(np.concatenate((np.empty((0, 3)), *loops)))
+        self._starts = compute_run_starts(map(len, loops))
+        self._spans = [slice(start, start + len(loop)) for start, loop in zip(self._starts, loops, strict=True)]
 
     def project(self, view: CameraView, is_turned: NDArray[np.bool_]) -> Iterator[tuple[int, Area]]:
         """Yield the number and the pixels of each polygon, unless the whole polygon is outside the picture.
 
         is_turned: whether each polygon points to the camera. The others are left out.
         """
-        if not (len(self._starts) and is_turned.any()):
+        if not self._spans:
             return
-        corners = view.to_camera(self._corners)
+        corners = np.asfortranarray(view.to_camera(self._corners))  # NumPy is faster along a long axis
+        pixels = view.to_pixels(np.maximum(corners, _NEAREST)).T
         is_outside, is_cut = self._classify(view, corners)
-        shown = np.flatnonzero(is_turned & ~is_outside)
-        indices = self._indices[:, shown]
-        pixels = view.to_pixels(np.maximum(corners[indices.ravel()], _NEAREST)).T.reshape(2, *indices.shape)
-        for index in np.flatnonzero(is_cut[shown]).tolist():
-            span = slice(self._starts[shown[index]], self._ends[shown[index]])
-            pixels[:, :, index] = _clip_at_near_plane(view, corners[span], len(indices)).T
-        yield from zip(shown.tolist(), rasterize(pixels, view.intrinsics.width, view.intrinsics.height), strict=True)
+        width, height = view.intrinsics.width, view.intrinsics.height
+        for number in np.flatnonzero(is_turned & ~is_outside).tolist():
+            span = self._spans[number]
+            polygon = _clip_at_near_plane(view, corners[span]) if is_cut[number] else pixels[:, span]
+            us, vs = polygon.tolist()
+            yield number, rasterize(us, vs, width, height)
 
     def _classify(self, view: CameraView, corners: Array) -> tuple[NDArray[np.bool_], NDArray[np.bool_]]:
         """Return whether each polygon is outside the picture, and whether the near plane may cut it, each (n,).
 
         corners: the corners of all polygons in the camera's frame, (corners, 3).
         """
-        i = view.intrinsics
-        left, right = (i.cx + 0.5) / i.focal_length, (i.width - 0.5 - i.cx) / i.focal_length
-        top, bottom = (i.cy + 0.5) / i.focal_length, (i.height - 0.5 - i.cy) / i.focal_length
-        sides = np.array(((-1, 0, -left), (1, 0, -right), (0, -1, -top), (0, 1, -bottom), (0, 0, -1)))
-        is_beyond = sides @ corners.T > _SIDE_OFFSETS
+        is_beyond = _compute_sides(view.intrinsics) @ corners.T > _SIDE_OFFSETS
         # A polygon is outside the picture if all its corners are beyond the same side.
-        is_outside = np.asarray(np.logical_and.reduceat(is_beyond, self._starts, axis=1).any(axis=0))
+        is_outside = np.logical_or.reduce(np.logical_and.reduceat(is_beyond, self._starts, axis=1), axis=0)
         return is_outside, np.logical_or.reduceat(is_beyond[4], self._starts)
+
+
+@lru_cache(maxsize=4)
+def _compute_sides(lens: Intrinsics) -> Array:
+    """Return the outward normals of the planes through the camera and the picture's sides, and of the near plane."""
+    left, right = (lens.cx + 0.5) / lens.focal_length, (lens.width - 0.5 - lens.cx) / lens.focal_length
+    top, bottom = (lens.cy + 0.5) / lens.focal_length, (lens.height - 0.5 - lens.cy) / lens.focal_length
+    return np.array(((-1, 0, -left), (1, 0, -right), (0, -1, -top), (0, 1, -bottom), (0, 0, -1)))
 
 
 def clip(polygon: Sequence[Point], depths: Sequence[float]) -> list[Point]:
@@ -89,11 +90,10 @@ def clip(polygon: Sequence[Point], depths: Sequence[float]) -> list[Point]:
     return kept
 
 
-def _clip_at_near_plane(view: CameraView, corners: Array, count: int) -> Array:
-    """Clip a face at the near plane, and return the corners of the rest in pixels, (count, 2).
+def _clip_at_near_plane(view: CameraView, corners: Array) -> Array:
+    """Clip a face at the near plane, and return the columns and the rows of the rest's corners in pixels, (2, n).
 
     corners: the face's corners in the camera's frame, (n, 3).
-    count: the number of corners to return. The last one is repeated.
     """
     ahead = clip(corners.tolist(), (corners[:, 2] - CLIP_M).tolist())
-    return view.to_pixels(np.array(ahead + ahead[-1:] * (count - len(ahead))))
+    return view.to_pixels(np.array(ahead)).T

@@ -1,4 +1,4 @@
-"""Find the pixels of convex polygons, as rectangles that NumPy fills.
+"""Find the pixels of a convex polygon, as rectangles that NumPy fills.
 
 `cv2.fillConvexPoly` is not exact enough, because it paints half a pixel beyond each edge.
 """
@@ -6,13 +6,11 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from itertools import pairwise
+from math import ceil, floor
 from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
-
-from robotcore.simulation.painter.planes import Array
 
 SEAM = 1e-6
 """The overlap of neighbouring polygons in pixels, so that rounding leaves no gap between them.
@@ -20,119 +18,144 @@ SEAM = 1e-6
 A polygon's first and last line move inwards by the same distance. Then each line crosses an edge on both sides.
 """
 
+NUMBERS = np.arange(2.0**14)
+"""The numbers of rows and columns. A slice of this array is faster than a new array."""
+
+Piece = tuple[tuple[slice, slice], NDArray[np.bool_] | None]
+"""A rectangle of a picture, and whether a polygon covers each of its pixels. None: it covers all of them."""
+
 
 class Area(NamedTuple):
     """The pixels of a polygon in a picture."""
 
-    box: Sequence[float]
+    box: tuple[float, float, float, float]
     """The left, top, right and bottom edge of the polygon's bounding box, in pixels."""
-    rectangles: Sequence[Sequence[int]]
-    """Rectangles that together are the polygon: the first row, the row after the last one, and the same of columns."""
+    pieces: list[Piece]
+    """Rectangles that together contain the polygon. They do not overlap."""
 
     def fill(self, canvas: NDArray[Any], value: int) -> None:
-        """Write a value to all pixels of the polygon."""
-        for top, bottom, left, right in self.rectangles:
-            canvas[top:bottom, left:right] = value
+        """Write a value to all pixels."""
+        for window, is_covered in self.pieces:
+            if is_covered is None:
+                canvas[window] = value
+            else:
+                np.copyto(canvas[window], value, where=is_covered)
+
+
+_Edge = tuple[int, int, float, float, float]
+"""An edge of a polygon, and the lines that cross it. They lie along the axis u, and the axis v numbers them.
+
+The numbers are the first line, the line after the last one, the slope, and u and v of the edge's end with the lower v.
+u is moved outwards by `SEAM`. A class would take as long as the rest of the work on an edge.
+"""
 
 
 class _Lines(NamedTuple):
-    """The lines of n polygons, along the axis u. The axis v numbers them. Each array is (n,), in pixels."""
+    """The lines of the picture on which a polygon lies: rows, or columns if it has fewer of them."""
 
-    is_upright: NDArray[np.bool_]
-    """Whether the lines are columns. Else they are rows."""
-    length: Array
-    """The length of a line of the picture."""
-    low: Array
-    """The least v of the polygon."""
-    high: Array
-    """The greatest v of the polygon."""
-    first: Array
-    """The v of the polygon's first line."""
-    stop: Array
-    """The v after the polygon's last line."""
-    start: Array
-    """The index of the polygon's first line among the lines of all polygons."""
-    total: int
-    """The number of lines of all polygons."""
+    is_upright: bool
+    """Whether the lines are columns."""
+    first: int
+    """The first line."""
+    stop: int
+    """The line after the last one."""
+    low: float
+    """The v of the polygon's first line, in pixels."""
+    high: float
+    """The v of the polygon's last line, in pixels."""
+    length: int
+    """The number of pixels in a line of the picture."""
 
 
-def fill(canvas: NDArray[Any], polygon: Sequence[Sequence[float]], value: int) -> None:
-    """Write a value to all pixels of a convex polygon. The corners, (u, v), are clockwise in the picture."""
-    height, width = canvas.shape
-    (area,) = rasterize(np.array(polygon, dtype=np.float64).T[:, :, None], width, height)
-    area.fill(canvas, value)
+def rasterize(us: Sequence[float], vs: Sequence[float], width: int, height: int) -> Area:
+    """Return the pixels of a convex polygon in a picture.
 
+    A polygon consists of lines: rows, or columns if it has fewer of them. The lines between two corners are a
+    trapezoid. All of them cover the pixels in its middle, so that only the pixels at its sides need a mask.
 
-def rasterize(polygons: Array, width: int, height: int) -> list[Area]:
-    """Return the pixels of n convex polygons in a picture.
-
-    A polygon consists of lines: rows, or columns if it has fewer of them. Successive lines from the same pixel to the
-    same pixel are a rectangle. The lines of all polygons are computed together, because a call of NumPy takes as long
-    as the computation of some hundred lines.
-
-    polygons: u and v of each corner, (2, corners, n), clockwise in the picture. A polygon with fewer corners repeats
-        its last one.
+    us, vs: the columns and the rows of the corners in pixels, clockwise in the picture.
     width, height: the size of the picture in pixels.
     """
-    lows, highs = polygons.min(axis=1), polygons.max(axis=1)
-    firsts, stops = np.maximum(np.ceil(lows), 0.0), np.minimum(np.floor(highs) + 1.0, ((width,), (height,)))
-    counts = np.maximum(stops - firsts, 0.0)
-    is_upright = counts[0] < counts[1]
-    low, high, first, count = np.where(is_upright, *np.array((lows, highs, firsts, counts)).transpose(1, 0, 2))
-    start, length = np.cumsum(count) - count, np.where(is_upright, height, width)
-    lines = _Lines(is_upright, length, low, high, first, first + count, start, int(count.sum()))
-    bounds = _compute_bounds(np.where(is_upright, polygons[::-1], polygons), lines)
-    return list(map(Area, np.concatenate((lows, highs)).T.tolist(), _combine_lines(lines, bounds)))
+    left, top, right, bottom = min(us), min(vs), max(us), max(vs)
+    column, last_column = max(ceil(left), 0), min(floor(right), width - 1)
+    row, last_row = max(ceil(top), 0), min(floor(bottom), height - 1)
+    if last_column - column < last_row - row:
+        lines = _Lines(True, column, last_column + 1, left + SEAM, right - SEAM, height)
+        begins, ends = _list_edges(vs[::-1], us[::-1], lines)  # with exchanged axes, clockwise is the reverse order
+    else:
+        lines = _Lines(False, row, last_row + 1, top + SEAM, bottom - SEAM, width)
+        begins, ends = _list_edges(us, vs, lines)
+    pieces: list[Piece] = []
+    while begins and ends:
+        begin, end = begins[-1], ends[-1]
+        first, stop = max(begin[0], end[0]), min(begin[1], end[1])
+        if first < stop:  # by rounding, a line may cross only one edge
+            pieces += _divide(first, stop, begin, end, lines)
+        if begin[1] == stop:
+            begins.pop()
+        if end[1] == stop:
+            ends.pop()
+    return Area((left, top, right, bottom), pieces)
 
 
-def _compute_bounds(corners: Array, lines: _Lines) -> NDArray[np.intp]:
-    """Return for each line its first pixel, and the pixel after its last one, (2, lines).
+def _list_edges(us: Sequence[float], vs: Sequence[float], lines: _Lines) -> tuple[list[_Edge], list[_Edge]]:
+    """Return the edges at which lines begin, and those at which they end. In both lists, v falls.
 
-    corners: u and v of each corner, (2, corners, n).
-
-    The polygons are clockwise in the picture. So rows end at an edge with growing v. If the lines are columns, u and v
-    have changed places, and columns begin at such an edge.
+    us, vs: the coordinates of the corners along and across the lines, in pixels, clockwise.
     """
-    (u, v), (next_u, next_v) = corners, np.concatenate((corners[:, 1:], corners[:, :1]), axis=1)
-    is_growing, growth = v < next_v, next_v - v
-    is_level = growth == 0.0
-    is_end = is_growing ^ lines.is_upright
-    low_v, high_v = np.minimum(v, next_v), np.maximum(v, next_v)
-    # An edge crosses the lines from its lower end on, and those below its higher end. The highest edge of a polygon
-    # also crosses a line at its higher end.
-    first = np.maximum(np.ceil(low_v), 0.0)
-    stop = np.where(high_v == lines.high, lines.stop, np.minimum(np.ceil(high_v), lines.stop))
-    counts = (np.maximum(stop - first, 0.0) * ~is_level).astype(np.intp)
-    edges = np.empty((9, *counts.shape))
-    edges[0] = first - (np.cumsum(counts) - counts.ravel()).reshape(counts.shape)
-    edges[1], edges[2], edges[3] = np.where(is_growing, u, next_u), low_v, (next_u - u) / (growth + is_level)
-    edges[4], edges[5], edges[6] = lines.low + SEAM, lines.high - SEAM, np.where(is_end, SEAM, -SEAM)
-    edges[7], edges[8] = lines.length, lines.start - lines.first + lines.total * is_end
-    crossings = edges.reshape(9, -1).repeat(counts.ravel(), axis=1)
-    offset, low_u, low_v, slope, lowest, highest, seam, length, index = crossings
-    line = np.arange(crossings.shape[1]) + offset
-    at = slope * (np.minimum(np.maximum(line, lowest), highest) - low_v) + low_u
-    # A line that crosses only one edge, by rounding, stays empty.
-    bounds = np.zeros(2 * lines.total, np.intp)
-    bounds[: lines.total] = lines.length.max(initial=0)
-    bounds[(line + index).astype(np.intp)] = np.minimum(np.maximum(np.ceil(at + seam), 0.0), length)
-    return bounds.reshape(2, -1)
+    _, start, end, low, high, _ = lines
+    begins: list[_Edge] = []
+    ends: list[_Edge] = []
+    u, v = us[-1], vs[-1]
+    for next_u, next_v in zip(us, vs, strict=True):
+        # Lines end at an edge on which v grows, and begin at the others.
+        if v < next_v:
+            edges, low_u, low_v, high_v = ends, u + SEAM, v, next_v
+        else:
+            edges, low_u, low_v, high_v = begins, next_u - SEAM, next_v, v
+        if low_v <= high and high_v > low and low_v < high_v:
+            first = start if low_v <= low else max(ceil(low_v), start)
+            stop = end if high_v > high else min(ceil(high_v), end)
+            if first < stop:
+                edges.append((first, stop, (next_u - u) / (next_v - v), low_u, low_v))
+        u, v = next_u, next_v
+    begins.sort(reverse=True)
+    ends.sort(reverse=True)
+    return begins, ends
 
 
-def _combine_lines(lines: _Lines, bounds: NDArray[np.intp]) -> list[list[list[int]]]:
-    """Return the rectangles of each polygon.
+def _divide(first: int, stop: int, begin: _Edge, end: _Edge, lines: _Lines) -> list[Piece]:
+    """Return the pieces of a trapezoid.
 
-    bounds: for each line its first pixel, and the pixel after its last one, (2, lines).
+    first, stop: the trapezoid's first line, and the line after its last one.
+    begin, end: the edges at which its lines begin and end.
     """
-    is_new, start = np.ones(lines.total + 1, np.bool_), lines.start.astype(np.intp)
-    is_new[1:-1] = (bounds[:, 1:] != bounds[:, :-1]).any(axis=0)
-    is_new[start] = True
-    runs = np.flatnonzero(is_new)
-    cuts = np.append(runs.searchsorted(start), len(runs) - 1)
-    owner = np.arange(len(start)).repeat(cuts[1:] - cuts[:-1])
-    across = bounds[:, runs[:-1]]
-    along = np.array((runs[:-1], runs[1:])) + (lines.first.astype(np.intp) - start)[owner]
-    rectangles = np.where(
-        lines.is_upright[owner], np.concatenate((across, along)), np.concatenate((along, across))
-    ).T.tolist()
-    return [rectangles[begin:end] for begin, end in pairwise(cuts.tolist())]
+    is_upright, _, _, low, high, length = lines
+    (_, _, slope, u, v), (_, _, end_slope, end_u, end_v) = begin, end
+    lowest, highest = min(max(first, low), high), max(min(stop - 1, high), low)
+    begins = slope * (lowest - v) + u, slope * (highest - v) + u
+    ends = end_slope * (lowest - end_v) + end_u, end_slope * (highest - end_v) + end_u
+    outside, beyond = max(ceil(min(begins)), 0), min(ceil(max(ends)), length)
+    inner, outer = max(ceil(max(begins)), outside), min(ceil(min(ends)), beyond)
+    along, pieces = slice(first, stop), []
+    for left, right in ((outside, inner), (inner, outer), (outer, beyond)) if inner <= outer else ((outside, beyond),):
+        if left >= right:
+            continue
+        is_covered: NDArray[np.bool_] | None = None
+        if left < inner or right > outer:
+            levels = NUMBERS[along]
+            if lowest != first or highest != stop - 1:
+                levels = np.minimum(np.maximum(levels, low), high)
+            numbers = NUMBERS[left:right]
+            if is_upright:
+                numbers = numbers[:, None]
+            else:
+                levels = levels[:, None]
+            if left < inner:
+                is_covered = numbers >= slope * (levels - v) + u
+            if right > outer:
+                is_inside = numbers < end_slope * (levels - end_v) + end_u
+                is_covered = is_inside if is_covered is None else is_covered & is_inside
+        across = slice(left, right)
+        pieces.append((((across, along) if is_upright else (along, across)), is_covered))
+    return pieces

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator
-from dataclasses import dataclass
 from functools import lru_cache
 from typing import NamedTuple
 
@@ -62,17 +61,19 @@ def _compute_rays(lens: Intrinsics) -> _Rays:
     return _Rays(right, down, right**2, down**2 + 1)
 
 
-@dataclass(frozen=True)
-class Sphere:
-    """A ball in the camera's frame.
+class Sphere(NamedTuple):
+    """A ball in the camera's frame."""
 
-    ``lamp`` is the direction to the lamp, (3,). ``part`` is the number of the ball.
-    """
-
-    centre: Array
+    centre: list[float]
     radius: float
-    lamp: Array
+    lamp: list[float]
+    """The direction to the lamp."""
+    squared_tangent: float
+    """The square of the distance from the camera to the points at which rays touch the ball."""
+    centre_to_lamp: float
+    """The scalar product of the centre and the direction to the lamp."""
     part: int
+    """The number of the ball."""
 
     @classmethod
     def from_ball(cls, ball: Ball, view: CameraView, lamp: Array, part: int) -> Sphere:
@@ -81,12 +82,13 @@ class Sphere:
         lamp: the direction to the lamp in the world, (3,).
         part: the number of the ball.
         """
-        centre = view.to_camera(np.array(((ball.x_m, ball.y_m, ball.radius_m),)))[0]
-        return cls(centre, ball.radius_m, view.rotation @ lamp, part)
+        centre, radius = view.to_camera(np.array(((ball.x_m, ball.y_m, ball.radius_m),)))[0], ball.radius_m
+        to_lamp, tangent = view.rotation @ lamp, float(centre @ centre) - radius**2
+        return cls(centre.tolist(), radius, to_lamp.tolist(), tangent, float(centre @ to_lamp), part)
 
     def bands(self, lens: Intrinsics) -> Iterator[Band]:
         """Yield the bands that show the ball in the picture, from top to bottom."""
-        right, down, forward = self.centre.tolist()
+        right, down, forward = self.centre
         if forward <= -self.radius:
             return
         columns = _to_pixels(_compute_slopes(right, forward, self.radius), lens.focal_length, lens.cx, lens.width)
@@ -102,14 +104,14 @@ class Sphere:
         (d·c)² ≥ (|c|² - r²)|d|² and d·c > 0. The point is t·d with t = (d·c - √((d·c)² - (|c|² - r²)|d|²)) / |d|².
         The normal at this point is (t·d - c) / r.
         """
-        rows, columns = window
+        (rows, columns), (c_right, c_down, c_forward), (l_right, l_down, l_forward) = window, self.centre, self.lamp
         right, down = rays.right[columns], rays.down[rows]
         squared = rays.right_squared[columns] + rays.rest_squared[rows]
-        to_centre = right * self.centre[0] + (down * self.centre[1] + self.centre[2])
-        to_lamp = right * self.lamp[0] + (down * self.lamp[1] + self.lamp[2])
-        chord = to_centre**2 - (self.centre @ self.centre - self.radius**2) * squared
+        to_centre = right * c_right + (down * c_down + c_forward)
+        to_lamp = right * l_right + (down * l_down + l_forward)
+        chord = to_centre**2 - self.squared_tangent * squared
         depth = (to_centre - np.sqrt(np.abs(chord))) / squared
-        cosines = (depth * to_lamp - self.centre @ self.lamp) / self.radius
+        cosines = (depth * to_lamp - self.centre_to_lamp) / self.radius
         return Band(window, (chord >= 0) & (to_centre > 0), cosines.astype(np.float32), self.part)
 
 

@@ -36,7 +36,14 @@ WINDOW_PX = 8192
 It is so small that a window's arrays stay in the processor's cache.
 """
 
+MAX_TEXEL = 2.0**30
+"""The greatest magnitude of a texel's row or column. A farther texel belongs to a tile that shows its mean only."""
+
 Singles = NDArray[np.float32]
+
+NUMBERS: Singles = np.arange(2**14, dtype=np.float32)
+"""The numbers of rows and columns."""
+
 Window = tuple[slice, slice]
 
 
@@ -48,7 +55,8 @@ class Texturing:
     """
 
     def __init__(self, world: WorldDescription, blocks: Sequence[Block], faces: Faces) -> None:
-        prisms = [world.prisms[blocks[number].prism_index] for number in faces.block_numbers]
+        all_prisms = world.prisms
+        prisms = [all_prisms[blocks[number].prism_index] for number in faces.block_numbers]
         every = [floor_wrap(world.floor), *map(face_wrap, prisms, faces.normals)]
         wraps = [wrap for wrap in every if wrap]
         number = count(1)
@@ -63,6 +71,7 @@ class Texturing:
         self._scales = np.array([wrap.texture.scale_m for wrap in wraps])
         tiles = {wrap.texture: wrap.texture.tile.reshape(-1).astype(np.float32) for wrap in wraps}
         self._tiles = [tiles[wrap.texture] for wrap in wraps]
+        self._means = [tile.mean() for tile in self._tiles]
 
     @property
     def is_needed(self) -> bool:
@@ -76,9 +85,9 @@ class Texturing:
         maps, sharpness = self._project(view)
         for number, window in self._iterate_windows(facets, canvas.shape):
             is_shown = numbers[window] == number
-            if is_shown.any():
+            if np.count_nonzero(is_shown):
                 at = number - 1
-                levels = _compute_brightness(maps[at], sharpness[at], self._tiles[at], window)
+                levels = _compute_brightness(maps[at], sharpness[at], self._tiles[at], self._means[at], window)
                 np.copyto(canvas[window], self._shades[at].take(levels), where=is_shown)
 
     def _iterate_windows(self, facets: Iterable[Facet], size: tuple[int, ...]) -> Iterator[tuple[int, Window]]:
@@ -114,15 +123,40 @@ class Texturing:
         return np.concatenate((ways, slopes), axis=1).astype(np.float32), (pixels / FADING_PX).astype(np.float32)
 
 
-def _compute_brightness(maps: Singles, sharpness: np.float32, tile: Singles, window: Window) -> NDArray[np.intp]:
-    """Return the brightness of the pattern at each pixel of a window, from 0 to 255."""
+def _compute_brightness(
+    maps: Singles, sharpness: np.float32, tile: Singles, mean: np.float32, window: Window
+) -> NDArray[np.int32]:
+    """Return the brightness of the pattern at each pixel of a window, from 0 to 255.
+
+    mean: the mean of the tile.
+    """
     rows, columns = window
-    u = np.arange(columns.start, columns.stop, dtype=np.float32)
-    v = np.arange(rows.start, rows.stop, dtype=np.float32)[:, None]
-    along, up, slope = (a * u + (b * v + c) for a, b, c in maps)
-    np.minimum(slope, EDGE_ON, out=slope)
-    column, row = (np.floor(way / slope).astype(np.intp) & (TILE_PX - 1) for way in (along, up))
-    texels = tile.take(row * TILE_PX + column)
-    contrast = np.clip(slope * slope * sharpness - VANISHED_PX / FADING_PX, 0.0, 1.0)
-    mean = tile.mean()
-    return np.asarray(mean + contrast * (texels - mean), dtype=np.intp)
+    along, up, slope = (_evaluate(each, NUMBERS[columns], NUMBERS[rows, None]) for each in maps)
+    slope = np.minimum(slope, EDGE_ON)
+    column, row = (_wrap(way / slope) for way in (along, up))
+    levels = tile.take(row * TILE_PX + column)
+    contrast = np.minimum(np.maximum(slope * slope * sharpness - VANISHED_PX / FADING_PX, 0.0), 1.0)
+    levels -= mean
+    levels *= contrast
+    levels += mean
+    return levels.astype(np.int32)
+
+
+def _evaluate(coefficients: Singles, u: Singles, v: Singles) -> Singles:
+    """Return a·u + b·v + c, (rows, columns), or (rows, 1) or (1, columns) if it depends on one of both only.
+
+    coefficients: a, b and c, (3,).
+    u, v: the columns, (columns,), and the rows, (rows, 1).
+    """
+    a, b, c = coefficients
+    if not a:
+        return np.asarray(b * v + c)
+    return np.asarray(a * u + (b * v + c if b else c))
+
+
+def _wrap(texels: Singles) -> NDArray[np.int32]:
+    """Return the rows or the columns of texels in a tile, for those of a pattern that repeats the tile."""
+    np.floor(texels, out=texels)
+    # A greater single is a multiple of the width of a tile too, but not every integer can hold it.
+    np.minimum(np.maximum(texels, -MAX_TEXEL, out=texels), MAX_TEXEL, out=texels)
+    return texels.astype(np.int32) & (TILE_PX - 1)

@@ -60,6 +60,14 @@ def test_a_simulated_camera_gets_its_true_noise_and_delay(tmp_path: Path, cli: C
     assert (tmp_path / "plot.png").is_file()
 
 
+def test_a_missing_folder_of_pictures_is_named(tmp_path: Path, cli: Cli) -> None:
+    folder = tmp_path / "missing"
+    arguments = ("calibrate", "camera", "--robot", "rover", *SIMULATED, "--pictures", str(folder), "--json")
+    answer = cli(*arguments)
+    assert (answer.status, answer.json["kind"]) == (2, "no-folder")
+    assert str(folder) in answer.json["error"]
+
+
 @pytest.mark.slow
 def test_pictures_of_a_board_give_the_intrinsics(tmp_path: Path, cli: Cli) -> None:
     (folder := tmp_path / "pictures").mkdir()

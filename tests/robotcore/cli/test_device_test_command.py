@@ -139,7 +139,7 @@ def test_findings_before_an_error_are_shown_and_their_changes_are_not_written(
     def press(*_arguments: object) -> None:
         raise EmergencyStopError("the space bar was pressed in the terminal")
 
-    monkeypatch.setattr("robotcore.kinds.device_tests.wheels._judge_encoders", press)
+    monkeypatch.setattr("robotcore.kinds.device_tests.wheels._report_encoders", press)
     shipped = read_shipped("rover")
     text = shipped.replace("forward = 17\nbackward = 27", "forward = 27\nbackward = 17")
     own, true = write(tmp_path, text), write(tmp_path, shipped, "true.toml")

@@ -24,7 +24,7 @@ KEYS = {
         "interventions",
         "intervention_s",
     ),
-    *("milestones", "judge", "conditions", "faults", "notes", "batteries", "dropped_pictures", "trace_sha256"),
+    *("milestones", "judge", "conditions", "faults", "notes", "batteries", "dropped_pictures", "trace_sha256", "ideal"),
 }
 SHORT = ("run", "avoid-obstacles", "--world", "open", "--set", "duration_s=0.5")
 

@@ -45,6 +45,18 @@ def test_a_sensor_slower_than_the_greatest_age_of_a_sample_is_a_warning(check_te
     check_text("\n".join(find_doubtful_values(ROVER.model_copy(update={"devices": (lidar,)}))))
 
 
+def test_a_sensor_that_loses_many_echoes_for_its_rate_is_a_warning(check_text: CheckText) -> None:
+    (nose,) = ROVER.all_of("range_sensor")
+    robot = ROVER.model_copy(update={"devices": (nose.model_copy(update={"loss": 0.2, "rate_hz": 5.0}),)})
+    check_text("\n".join(find_doubtful_values(robot)))
+
+
+def test_a_sensor_that_reads_too_little_is_a_warning(check_text: CheckText) -> None:
+    (nose,) = ROVER.all_of("range_sensor")
+    robot = ROVER.model_copy(update={"devices": (nose.model_copy(update={"offset_m": -0.14}),)})
+    check_text("\n".join(find_doubtful_values(robot)))
+
+
 def test_a_mount_far_from_the_body_is_a_warning(check_text: CheckText) -> None:
     (nose,) = ROVER.all_of("range_sensor")
     far = nose.model_copy(update={"mount": nose.mount.model_copy(update={"x_m": 18.0})})

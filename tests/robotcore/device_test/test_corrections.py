@@ -32,6 +32,20 @@ def test_a_swap_and_a_reversal_add_up(corrections: Corrections) -> None:
     assert corrections.tables["right_motor"]["forward"] == 17
 
 
+def test_a_measured_model_stays_at_its_wheel_if_the_wires_are_swapped() -> None:
+    rover = load_robot("rover")
+    measured = {"dead_band": 0.2, "forward_rad_s": 12.5, "backward_rad_s": 13.0}
+    section = {**rover.backends["raspberrypi"]}
+    section["left_motor"] = {**section["left_motor"], "model": measured}
+    robot = rover.model_copy(update={"backends": {**rover.backends, "raspberrypi": section}})
+    corrections = Corrections(robot, load_backend("virtualpi"))
+    assert corrections.swap({"left_motor": "right_motor", "right_motor": "left_motor"})
+    left, right = (corrections.tables[f"{side}_motor"] for side in ("left", "right"))
+    assert (left["forward"], right["forward"]) == (23, 17)
+    assert left["model"] == measured
+    assert right["model"] != measured
+
+
 def test_two_corrections_of_a_mistake_cancel_each_other(corrections: Corrections) -> None:
     for _ in range(2):
         corrections.correct("left_encoder", "reversed")

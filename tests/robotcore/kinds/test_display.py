@@ -41,3 +41,11 @@ def test_a_display_refuses_what_is_no_picture(image: Any, raises: Raises) -> Non
     with raises(InvalidCommandError):
         display.show(image)
     assert display.picture is None
+
+
+def test_a_display_copies_a_picture_that_may_change() -> None:
+    display, image = MemoryDisplay("screen"), np.zeros((20, 30), np.uint8)
+    display.show(image)
+    image[:] = 9
+    assert display.picture is not None
+    assert not display.picture.any()

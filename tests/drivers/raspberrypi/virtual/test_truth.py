@@ -194,3 +194,11 @@ def test_the_robots_own_file_as_the_truth_changes_no_run() -> None:
         RunRequest("avoid-obstacles", "virtualpi", seed=3, settings={"duration_s": "3"}, options={"truth": "rover"})
     )
     assert plain.trace_sha256 == same.trace_sha256 is not None
+
+
+def test_an_ideal_run_has_no_imperfections_of_the_true_robot(tmp_path: Path) -> None:
+    truth = write_truth(tmp_path, ('name = "left_motor"\n', 'name = "left_motor"\nforward_gain = 0.8\n'))
+    setup = Setup(load_robot("rover"), worlds.empty(), frozenset(WHEELS), options={"truth": truth})
+    for is_ideal, left in ((False, 4.0), (True, 5.0)):
+        with VirtualPiBackend().open(replace(setup, is_ideal=is_ideal)) as robot:
+            assert drive(robot, {"left_motor": 5.0, "right_motor": 5.0}) == pytest.approx((left, 5.0), abs=0.2)

@@ -15,7 +15,7 @@ from robotcore.autonomy.navigation.grid_paths import (
     Mask,
     are_straight_ways,
     backtrack,
-    compute_ray_offsets,
+    compute_rays,
     cut_out,
     is_straight_way,
     mask_hidden,
@@ -23,6 +23,7 @@ from robotcore.autonomy.navigation.grid_paths import (
     wavefront,
 )
 
+NEAR = f"{wavefront.__module__}.NEAR_CELLS"
 EDGES = [(-1, 0), (1, 0), (0, -1), (0, 1)]
 CORNERS = [(-1, -1), (-1, 1), (1, -1), (1, 1)]
 
@@ -71,6 +72,17 @@ def test_backtracked_path_leads_over_open_neighbours(open_cells: Mask, row: int,
             assert max(abs(following_r - r), abs(following_c - c)) == 1
 
 
+@given(masks(), masks(), st.integers(0, 4), st.integers(0, 5))
+def test_path_to_the_nearest_goal_is_the_same_if_near_cells_are_searched_first(
+    open_cells: Mask, goals: Mask, row: int, column: int
+) -> None:
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(NEAR, 2)
+        near = wavefront((row, column), open_cells, goals)
+        patch.setattr(NEAR, 0)
+        assert np.array_equal(near, wavefront((row, column), open_cells, goals))
+
+
 @pytest.mark.parametrize("length", [1, 2, 50])
 def test_wave_ends_in_a_long_narrow_passage(length: int) -> None:
     steps = wavefront((0, 0), np.ones((1, length), np.bool_))
@@ -107,9 +119,12 @@ def test_cells_outside_the_grid_are_open() -> None:
 
 
 def test_rays_go_along_columns_and_rows() -> None:
-    rows, columns = compute_ray_offsets(np.array([0.0, math.pi / 2, math.pi]), np.array([1, 2, 3]))
-    assert rows.tolist() == [[0, 0, 0], [1, 2, 3], [0, 0, 0]]
-    assert columns.tolist() == [[1, 2, 3], [0, 0, 0], [-1, -2, -3]]
+    rays = compute_rays(np.array([0.0, math.pi / 2, math.pi]), np.array([1, 2, 3]))
+    assert rays.rows.tolist() == [[0, 0, 0], [1, 2, 3], [0, 0, 0]]
+    assert rays.columns.tolist() == [[1, 2, 3], [0, 0, 0], [-1, -2, -3]]
+    assert rays.index(10).tolist() == [[1, 2, 3], [10, 20, 30], [-1, -2, -3]]
+    assert rays.index(7).tolist() == [[1, 2, 3], [7, 14, 21], [-1, -2, -3]]
+    assert rays.lie_within(0, -1, 3).tolist() == [[True, False, False], [True, True, False], [True, False, False]]
 
 
 @pytest.mark.parametrize(

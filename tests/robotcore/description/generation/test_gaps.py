@@ -1,11 +1,12 @@
 from __future__ import annotations
 
 import math
+from random import Random
 
 import pytest
 
 from robotcore.description import Floor, Start, WorldDescription, load_robot, require_room, require_start
-from robotcore.description.generation.gaps import compute_gap, gap_to_edge
+from robotcore.description.generation.gaps import compute_gap, gap_to_edge, has_gap
 from robotcore.description.world import Outline, round_outline
 from robotcore.errors import DescriptionError
 from tests.robotcore.description.worlds import ball, box, room
@@ -39,6 +40,24 @@ def test_gap_of_overlapping_outlines_is_negative(one: Outline, other: Outline, g
 
 def test_gap_between_corners_is_at_most_their_distance() -> None:
     assert 0 < compute_gap(SQUARE, moved(3.0, 3.0)) <= math.sqrt(2)
+
+
+def create_random_outline(random: Random) -> Outline:
+    x, y = random.uniform(-2, 2), random.uniform(-2, 2)
+    if random.random() < 0.5:
+        return round_outline(x, y, random.uniform(0.05, 0.5))
+    length, width, yaw = random.uniform(0.05, 1.5), random.uniform(0.05, 0.6), random.uniform(-3, 3)
+    return box(x_m=x, y_m=y, yaw_rad=yaw, length_m=length, width_m=width).outline
+
+
+def test_outlines_have_a_gap_if_the_computed_gap_is_as_great() -> None:
+    random = Random(3)
+    found = set()
+    for _ in range(2000):
+        one, other, gap = create_random_outline(random), create_random_outline(random), random.uniform(0.0, 0.6)
+        found.add(has_gap(one, other, gap))
+        assert has_gap(one, other, gap) == (compute_gap(one, other) >= gap)
+    assert found == {False, True}
 
 
 def test_gap_to_the_edge_is_that_of_the_outermost_corner() -> None:

@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import math
+from dataclasses import replace
+from pathlib import Path
 
 import pytest
 
@@ -70,6 +72,24 @@ def test_the_offset_of_a_range_sensor_is_subtracted() -> None:
     assert [read().distance for _ in range(3)] == pytest.approx([1.0, nose.min_range, math.inf])
 
 
+def test_a_sensor_that_reads_too_little_returns_its_minimum_for_a_body_that_may_be_nearer() -> None:
+    description = describe(nose={"offset_m": -0.14})
+    nose = NullRange(SteppedClock(20, lambda steps: None))
+    readings = iter((nose.min_range, 0.03))
+    read = CompensationLayer(description).sensor(nose, lambda: Range(next(readings), 0.0, 0))
+    assert [read().distance for _ in range(2)] == pytest.approx([nose.min_range, 0.17])
+    assert description.guard_distance_m > 0.14 + nose.min_range
+
+
+def test_a_sample_that_is_read_again_is_the_same_object_without_its_offset() -> None:
+    layer, nose = CompensationLayer(describe(nose={"offset_m": 0.03})), NullRange(SteppedClock(20, lambda steps: None))
+    samples = iter([Range(1.03, 0.0, 0), Range(1.03, 0.0, 0), Range(1.03, 0.1, 1)])
+    read = layer.sensor(nose, lambda: next(samples))
+    first, again, new = (read() for _ in range(3))
+    assert first is again
+    assert new.sequence == 1
+
+
 def read_each(*distances: float, loss: float = 0.05, period: float = 0.06, **changes: float) -> list[float]:
     """Return the distances that an app reads from a sensor that loses echoes, for these measurements."""
     layer = CompensationLayer(describe(nose={"loss": loss, **changes}))
@@ -105,9 +125,9 @@ def test_a_sensor_that_has_received_no_echo_returns_its_samples() -> None:
     assert read_each(math.inf, math.inf, 0.5) == [math.inf, math.inf, 0.5]
 
 
-def test_an_echo_is_not_repeated_until_it_is_too_old() -> None:
-    assert read_each(0.5, *[math.inf] * 4, loss=0.3, period=0.2)[1:] == [0.5, 0.5, math.inf, math.inf]
-    assert read_each(0.5, *[math.inf] * 4, loss=0.3, period=0.2, latency_s=0.2)[1:] == [0.5, *[math.inf] * 3]
+@pytest.mark.parametrize("changes", [{"period": 0.5}, {"latency_s": 0.6}])
+def test_a_lost_echo_of_a_slow_or_late_sensor_does_not_free_the_way(changes: dict[str, float]) -> None:
+    assert read_each(0.5, *[math.inf] * 4, loss=0.3, **changes) == [0.5] * 5
 
 
 def test_samples_of_a_recording_are_compensated_already() -> None:
@@ -116,20 +136,55 @@ def test_samples_of_a_recording_are_compensated_already() -> None:
     assert CompensationLayer(describe(nose={"loss": 0.05, "offset_m": 0.1})).sensor(nose, nose.read) == nose.read
 
 
-class Creep(Behaviour):
-    """Drives straight ahead, slowly."""
+class Charge(Behaviour):
+    """Drives straight ahead."""
 
     needs = frozenset({Role.DRIVE, Role.RANGE})
 
     def step(self, robot: Robot) -> Status:
-        robot.drive.set_velocity(0.05, 0.0)
+        robot.drive.set_velocity(0.2, 0.0)
         return Status.RUNNING
 
 
-def test_the_range_guard_holds_a_robot_whose_sensor_has_lost_the_echo_of_an_obstacle() -> None:
-    robot = MockRobot(describe(nose={"loss": 0.05}), range=[1.0, 0.09, math.inf, math.inf, math.inf])
-    robot.run(Creep(), ticks=5)
-    assert [wheels.left > 0 for wheels in robot.wheels] == [True, False, False, False, True]
+def write_nose(folder: Path, **values: float) -> str:
+    keys = "".join(f"{key} = {value}\n" for key, value in values.items())
+    file = folder / "robot.toml"
+    file.write_text(ROVER.replace('name = "nose"\n', f'name = "nose"\n{keys}', 1))
+    return str(file)
+
+
+@pytest.mark.parametrize(
+    "values",
+    [
+        {"loss": 0.3},
+        {"loss": 0.05, "latency_s": 0.5},
+        {"loss": 0.2, "rate_hz": 5.0},
+        {"loss": 0.5},
+        {"offset_m": -0.14},
+        {"offset_m": -1.0},
+    ],
+)
+def test_the_range_guard_stops_a_robot_whose_sensor_loses_echoes_or_reads_too_little(
+    values: dict[str, float], tmp_path: Path
+) -> None:
+    request = RunRequest(Charge, robot=write_nose(tmp_path, **values), world="arena", timeout_s=30.0)
+    for seed in range(3):
+        assert run(replace(request, seed=seed)).contacts == 0
+
+
+def test_a_script_has_the_readings_of_the_app() -> None:
+    readings = list[float]()
+    robot = MockRobot(describe(nose={"loss": 0.05, "offset_m": 0.1}), range=[1.0, 0.5, math.inf])
+
+    class Read(Behaviour):
+        needs = frozenset({Role.RANGE})
+
+        def step(self, robot: Robot) -> Status:
+            readings.append(robot.range.read().distance)
+            return Status.RUNNING
+
+    robot.run(Read(), ticks=3)
+    assert readings == [1.0, 0.5, math.inf]
 
 
 class Straight(Behaviour):

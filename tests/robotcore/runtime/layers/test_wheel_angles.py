@@ -14,13 +14,14 @@ from robotcore.hal.clock import SteppedClock, TickClock
 from robotcore.hal.drive import CommandIntegrator, Odometry, WheelPath
 from robotcore.hal.joint import Joint
 from robotcore.hal.robot import Robot
-from robotcore.kinds.encoder import Encoder
+from robotcore.kinds.encoder import Angle, Encoder
 from robotcore.runtime.faults import plan_faults
 from robotcore.runtime.layers import AssembledRobot, assemble
 from robotcore.runtime.layers.base import Tap
 from robotcore.runtime.layers.encoder_polling import TimedAngles
 from robotcore.runtime.layers.wheel_angles import (
     PolledAngles,
+    PresentAngles,
     SteeredAngles,
     WheelPathReader,
     compute_present_angles,
@@ -30,6 +31,17 @@ from tests.robotcore.runtime.layers.test_encoder_polling import Bench, TurningEn
 
 GEOMETRY = DifferentialGeometry(wheel_radius=0.05, track=0.2)
 EVEN = [Wheels(0.1 * step, 0.2 * step) for step in range(1, 5)]
+
+
+class FixedEncoder(Encoder):
+    """Returns the same sample at each read."""
+
+    def __init__(self, name: str, sample: Angle) -> None:
+        super().__init__(name)
+        self._sample = sample
+
+    def _newest(self) -> Angle:
+        return self._sample
 
 
 class PolledBench(Bench):
@@ -87,6 +99,39 @@ def test_rotation_is_that_of_the_ticks_and_the_polls_give_its_course() -> None:
         bulge = time**2 - start**2 - share * (end**2 - start**2)
         assert angles == pytest.approx((2 * time + 0.3 * share, before.right + bulge))
     assert course[-1].angles == Wheels(2 * end + 0.3, before.right)
+
+
+def test_angles_are_computed_again_only_for_new_samples() -> None:
+    bench = PolledBench()
+    read = PresentAngles([bench.left], [bench.right], bench.commanded, bench.clock)
+    bench.clock.sleep_until(0.5)
+    first = read()
+    assert first == (1.0, 0.25)
+    assert read() is first
+    bench.clock.sleep_until(1.0)
+    assert read() == (2.0, 1.0)
+
+
+def test_angles_of_old_samples_grow_by_the_commanded_rotation() -> None:
+    bench = PolledBench()
+    left, right = bench.left.read(), bench.right.read()
+    old = [FixedEncoder("left", left), FixedEncoder("right", right)]
+    read = PresentAngles(old[:1], old[1:], bench.commanded, bench.clock)
+    bench.commanded.turn_at(Wheels(1.0, 2.0), 0.0)
+    assert read() == (0.0, 0.0)
+    bench.clock.sleep_until(0.5)
+    assert read() == (0.5, 1.0)
+
+
+def test_further_reading_of_the_same_samples_has_the_same_course() -> None:
+    bench = PolledBench()
+    angles = PresentAngles([bench.left], [bench.right], bench.commanded, bench.clock)
+    read_course = PolledAngles(angles, bench.polling, bench.commanded, bench.clock)
+    bench.layered.sleep_until(0.05)
+    read_course()
+    bench.layered.sleep_until(0.1)
+    course = read_course()
+    assert read_course() == (course[-1],)
 
 
 def test_course_goes_on_over_a_tick_without_angles() -> None:

@@ -13,7 +13,7 @@ from robotcore.geometry import Pose
 from robotcore.optics import CameraView, Intrinsics
 from robotcore.simulation.painter import Painter
 from robotcore.simulation.painter.occlusion import sort_back_to_front
-from robotcore.simulation.painter.rasterizing import fill
+from robotcore.simulation.painter.rasterizing import rasterize
 from tests.drivers.kinematic.rooms import ball, box, post, room
 from tests.robotcore.simulation.painter.tracer import compute_rays, roll, trace_depths, trace_labels
 
@@ -175,6 +175,6 @@ def test_neighbouring_polygons_leave_no_gap() -> None:
     canvas = np.zeros((40, 60), dtype=np.uint32)
     edges = [10 + 0.37 * i for i in range(60)]
     for left, right in pairwise(edges):
-        fill(canvas, [(left, 5.0), (right, 5.0), (right - 20, 35.0), (left - 20, 35.0)], 1)
+        rasterize([left, right, right - 20, left - 20], [5.0, 5.0, 35.0, 35.0], 60, 40).fill(canvas, 1)
     assert all(len(np.unique(np.diff(np.flatnonzero(row)))) <= 1 for row in canvas)
     assert canvas[20].any()
