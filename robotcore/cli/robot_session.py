@@ -18,7 +18,7 @@ from robotcore.cli.robot_changes import RobotChanges
 from robotcore.errors import Interrupted, RobotcoreError
 
 if TYPE_CHECKING:
-    from robotcore.description import RobotDescription
+    from robotcore.description import DeviceDescription, RobotDescription
     from robotcore.interactive.live_robot import LiveRobot
     from robotcore.runtime.needs import Need
     from robotcore.view.chart import Chart
@@ -146,6 +146,11 @@ class RobotSession:
         if name is not None and name not in found:
             raise UnknownNameError(words, name, list(found))
         return found[name] if name else next(iter(found.values()))
+
+    def change_device(self, device: DeviceDescription, **values: Any) -> None:
+        """Set the keys of a device's table whose values differ from those of its description."""
+        if different := {key: value for key, value in values.items() if value != getattr(device, key)}:
+            self.changes.set_device(device.name, **different)
 
     def note_simulated_file(self) -> None:
         """Write once on stderr if a simulator simulates the robot of the same file, so that the file always agrees."""

@@ -88,7 +88,7 @@ class CameraParts:
         from robotcore.calibration.camera.measuring import take_pictures
 
         noise = round(measure_noise(live.run(take_pictures(device, PICTURES))), 2)
-        self._session.changes.set_device(self.camera.name, noise_levels=noise)
+        self._session.change_device(self.camera, noise_levels=noise)
         self._add(NOISE, {"noise_levels": noise}, f"{noise:g} grey levels (standard deviation of a pixel)")
 
     def measure_colour(self, colour: str, live: LiveRobot, device: Camera) -> None:
@@ -188,7 +188,7 @@ class CameraParts:
         self._session.charts.append(build_views_chart(selection, self.camera.name))
         fit = fit_intrinsics(selection, board)
         values = build_description_values(fit, self.camera)
-        self._session.changes.set_device(self.camera.name, **values)
+        self._session.change_device(self.camera, **values)
         self._add(
             INTRINSICS,
             {
@@ -220,7 +220,7 @@ class CameraParts:
         fit = fit_delay(record, device.intrinsics.horizontal_fov, 1 / rate_hz)
         latency = max(0.0, round(fit.latency_s, 3))
         self._session.charts.append(build_delay_chart(fit, self.camera.name))
-        self._session.changes.set_device(self.camera.name, latency_s=latency)
+        self._session.change_device(self.camera, latency_s=latency)
         self._add(
             DELAY,
             {

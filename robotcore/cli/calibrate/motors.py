@@ -8,7 +8,8 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from robotcore.cli.calibrate.excitation_runner import build_runner, distance_option
+from robotcore.cli.calibrate.distances import distance_option
+from robotcore.cli.calibrate.excitation_runner import build_runner
 from robotcore.cli.output import write_line, write_table
 from robotcore.cli.robot_session import OPEN, MeasuringCommand, RobotSession, robot_session_options
 

@@ -177,7 +177,7 @@ def test_the_answer_in_json_has_the_parts_and_the_error(
     end: Callable[[], object], status: int, kind: str, tmp_path: Path, cli: Cli, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     interrupt(monkeypatch, "robotcore.calibration.camera.measuring.take_pictures", 3, end)
-    own = write(tmp_path)
+    own = write(tmp_path, (FOV, f"noise_levels = 9.0\n{FOV}"))
     arguments = ["calibrate", "camera", "--robot", own, *SIMULATED, "--only", "noise", "--only", "colour", "--json"]
     answer = cli(*arguments)
     assert answer.status == status
@@ -192,7 +192,7 @@ def test_distances_before_an_interruption_are_shown_and_not_written(
     end: Callable[[], object], status: int, kind: str, tmp_path: Path, cli: Cli, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     interrupt(monkeypatch, "robotcore.calibration.range_sensor.collect_samples", 4, end)
-    own = write(tmp_path)
+    own = write(tmp_path, (CONE, f"{CONE}noise_m = 0.006\n"))
     before = Path(own).read_text()
     answer = cli("calibrate", "range", "--robot", own, *SIMULATED, "--seconds", "0.5", "--write")
     assert answer.status == status
@@ -204,7 +204,7 @@ def test_distances_before_an_interruption_are_shown_and_not_written(
 def test_a_file_that_cannot_be_written_does_not_replace_the_error_of_an_interruption(
     tmp_path: Path, cli: Cli, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    own = write(tmp_path)
+    own = write(tmp_path, (FOV, f"noise_levels = 9.0\n{FOV}"))
 
     def change_file() -> None:
         write(tmp_path, ("# On a Raspberry Pi", "# On my Raspberry Pi"))
@@ -248,6 +248,14 @@ def test_the_commands_for_a_measured_colour_work(tmp_path: Path, cli: Cli) -> No
         ["range", "--robot", "lookout", *SIMULATED],
         ["range", "--robot", "rover", *SIMULATED, "--distances", "0.5,1"],
         ["range", "--robot", "rover", *SIMULATED, "--distances", "0.5,-1"],
+        ["range", "--robot", "rover", *SIMULATED, "--distances", "20,50,100"],
+        ["range", "--robot", "rover", *SIMULATED, "--distances", "0.2m,0.5m"],
+        ["range", "--robot", "rover", *SIMULATED, "--distances", "near"],
+        ["range", "--robot", "rover", *SIMULATED, "--drive", "5"],
+        ["range", "--robot", "rover", *SIMULATED, "--drive", "160 cm"],
+        ["drive", "--robot", "rover", *SIMULATED, "--distance", "2m"],
+        ["drive", "--robot", "rover", *SIMULATED, "--distance", "inf"],
+        ["motors", "--robot", "rover", *SIMULATED, "--distance", "0.1"],
         ["range", "--robot", "rover", "--backend", "raspberrypi"],
         ["range", "--robot", "rover", *SIMULATED, "--sensor", "nos"],
     ],
@@ -316,8 +324,22 @@ def test_a_range_sensor_gets_its_true_errors_and_then_agrees(backend: str, tmp_p
 
 
 @pytest.mark.slow
+def test_errors_of_zero_are_no_change_of_a_file_without_them(tmp_path: Path, cli: Cli) -> None:
+    own = write(tmp_path)
+    answer = cli("calibrate", "range", "--robot", own, *SIMULATED, "--seconds", "0.5")
+    assert f"{own} agrees with the measurement. There is nothing to correct." in answer.out
+    assert re.search(r"noise 0.0000 m ± 0.0000 m, lost echoes 0.0% ± 0.\d%", answer.out)
+
+
+@pytest.mark.slow
 def test_the_errors_of_a_range_sensor_are_shown(cli: Cli) -> None:
     answer = cli("calibrate", "range", "--robot", "rover", *SIMULATED, "--seconds", "0.5")
     assert answer.status == 0
     assert re.search(r"nose: offset [+-]0\.\d+ m", answer.out)
-    assert "robotcore robots rover >" in answer.out
+
+
+@pytest.mark.slow
+def test_the_values_for_a_shipped_robot_are_shown_with_the_commands_that_copy_its_file(cli: Cli) -> None:
+    answer = cli("calibrate", "camera", "--robot", "rover", *SIMULATED, "--only", "intrinsics")
+    assert "devices.eye: horizontal_fov_rad = 1.08" in answer.out
+    assert "robotcore robots rover > my_rover.toml" in answer.out
