@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 from robotcore.cli.output import write_content, write_line
 
 if TYPE_CHECKING:
+    from robotcore.description import RobotDescription
     from robotcore.description.editing import RobotEditor
     from robotcore.hal.backend import Backend
 
@@ -22,7 +23,7 @@ class RobotChanges:
     """
 
     def __init__(self, robot: str, *, is_writing: bool) -> None:
-        from robotcore.description import is_own
+        from robotcore.description import is_own, load_robot
         from robotcore.description.editing import RobotEditor
 
         self._robot, self._is_writing = robot, is_writing
@@ -32,6 +33,7 @@ class RobotChanges:
         self._reason = ""
         self._values: dict[str, dict[str, Any]] = {}
         self._diff = ""
+        self._known_doubts = _find_doubts(load_robot(robot)) if self._editor else []
         self._doubts: list[str] = []
         self.is_written = False
         """Whether `finish` has written the file."""
@@ -71,21 +73,16 @@ class RobotChanges:
         """
         if not (self._editor and self._editor.has_changed):
             return
-        self._diff, self._doubts = self._editor.diff, self._find_doubts(self._editor)
+        self._diff = self._editor.diff
+        refused, self._reason = self._reason, "the new values have mistakes"
+        parsed = self._editor.parse()
+        backend.check(parsed)
+        self._doubts = [each for each in _find_doubts(parsed) if each not in self._known_doubts]
+        self._reason = refused
         if self._is_writing and not self._reason:
             self._reason = "it could not be written"
             self._editor.write(backend.check)
             self._reason, self.is_written = "", True
-        else:
-            backend.check(self._editor.parse())
-
-    def _find_doubts(self, editor: RobotEditor) -> list[str]:
-        """Return the warnings of `robotcore check` that the changes cause."""
-        from robotcore.description import load_robot
-        from robotcore.description.doubtful_values import find_doubtful_values
-
-        known = {*find_doubtful_values(load_robot(self._robot))}
-        return [each for each in find_doubtful_values(editor.parse()) if each not in known]
 
     def to_dict(self) -> dict[str, Any]:
         """Return the fields for JSON. The diff of a shipped robot, whose file cannot be changed, is empty."""
@@ -128,6 +125,13 @@ class RobotChanges:
         copy = f"my_{self._robot.replace('-', '_')}.toml"
         write_line(f"To correct a robot, copy its file: robotcore robots {self._robot} > {copy}")
         write_line(f"Then repeat this command with --robot {copy} --write.")
+
+
+def _find_doubts(robot: RobotDescription) -> list[str]:
+    """Return the warnings of `robotcore check` about a robot's file."""
+    from robotcore.description.doubtful_values import find_doubtful_values
+
+    return [*find_doubtful_values(robot)]
 
 
 def _merge(table: dict[str, Any], values: Mapping[str, Any]) -> None:

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator, Mapping
 from collections.abc import Set as AbstractSet
 from contextlib import ExitStack, closing, contextmanager
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -221,8 +222,8 @@ class RobotSession:
         with ExitStack() as stack:
             key = stack.enter_context(closing(EmergencyStopKey())) if can_listen() else None
             live = stack.enter_context(open_request(request, [key] if key else []))
-            if key:
-                write_line(f"{key.get_hint()} every motor", is_error=True)
+            if key and (hint := key.get_hint()):
+                write_line(f"{hint} every motor", is_error=True)
             self.person.check = live.require_running
             yield live
 
@@ -240,7 +241,7 @@ class RobotSession:
         answer: Mapping[str, Any],
         write_results: Callable[[], object],
         *,
-        status: int = 0,
+        find_status: Callable[[], int] = lambda: 0,
         is_right: bool = True,
     ) -> int:
         """Write the changed file, the charts and the results, and return the exit status.
@@ -248,18 +249,14 @@ class RobotSession:
         subject: the words for what was measured, for the heading of the charts.
         answer: the fields of the results for JSON.
         write_results: writes the results as text.
+        find_status: returns the exit status, after the file was written.
         is_right: whether the robot's file is right if there are no changes.
 
         Raises the error that has ended `measure`, also if a file cannot be written.
         """
-        try:
-            self.changes.finish(self.backend)
-            self._save_charts(subject)
-        except RobotcoreError as error:
-            if self.error:
-                write_error(error)
-            else:
-                self.error = error
+        self._try(partial(self.changes.finish, self.backend))
+        has_plot = self._try(partial(self._save_charts, subject))
+        status = find_status()
         names = {"robot": self.description.name, "backend": self.backend.name}
         whole = {**names, **answer, **self.changes.to_dict()}
         if self.error:
@@ -269,11 +266,23 @@ class RobotSession:
         if not self.as_json:
             write_results()
             self.changes.show(is_right=is_right and not self.error)
-            if self._plot and self.charts:
+            if self._plot and self.charts and has_plot:
                 write_line(f"The plot: {self._plot}")
         if self.error:
             raise self.error
         return status
+
+    def _try(self, work: Callable[[], object]) -> bool:
+        """Call a function. Return False if it fails. `finish` raises the first error, and the others are written."""
+        try:
+            work()
+        except RobotcoreError as error:
+            if self.error:
+                write_error(error)
+            else:
+                self.error = error
+            return False
+        return True
 
     def _save_charts(self, subject: str) -> None:
         if self._plot and self.charts:

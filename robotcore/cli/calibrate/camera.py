@@ -96,7 +96,7 @@ def command(
         f"The camera {measurement.camera.name}",
         measurement.to_dict(),
         measurement.write,
-        status=status,
+        find_status=lambda: status,
         is_right=is_right,
     )
 

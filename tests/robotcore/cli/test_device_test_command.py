@@ -204,3 +204,20 @@ def test_a_read_only_file_is_refused(tmp_path: Path, cli: Cli) -> None:
     own = write(tmp_path, read_shipped("rover"))
     Path(own).chmod(0o444)
     assert cli("test-devices", "--robot", own, "--backend", "virtualpi", "--write").status == 2
+
+
+def test_a_file_that_another_program_changes_costs_no_findings(
+    tmp_path: Path, cli: Cli, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def change(_test: object, _pulses: object) -> None:
+        Path(own).write_text(f"{text}# changed\n")
+
+    monkeypatch.setattr("robotcore.kinds.device_tests.wheels._report_encoders", change)
+    shipped = read_shipped("rover")
+    text = shipped.replace("forward = 17\nbackward = 27", "forward = 27\nbackward = 17")
+    own, true = write(tmp_path, text), write(tmp_path, shipped, "true.toml")
+    arguments = ("test-devices", "--robot", own, "--backend", "virtualpi", "--option", f"truth={true}", "--write")
+    answer = cli(*arguments, "--json").json
+    assert (answer["kind"], answer["exit_status"], answer["is_written"]) == ("file-changed", 2, False)
+    assert "motor-reversed" in [finding["kind"] for finding in answer["findings"]]
+    assert "+forward = 17" in answer["diff"]
