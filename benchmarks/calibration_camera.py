@@ -35,7 +35,7 @@ from robotcore.description import read_shipped
 from robotcore.errors import CalibrationError
 from robotcore.hal.robot import Role
 from robotcore.optics import Intrinsics
-from tests.robotcore.calibration.camera.rendered_boards import TrueCamera
+from tests.robotcore.calibration.camera.rendered_boards import draw_camera
 from tests.robotcore.calibration.camera.simulated_boards import take_floor_pictures
 
 MAX_SHARE, MAX_DELAY_ERROR_S = 0.01, 0.010
@@ -83,7 +83,7 @@ def measure_intrinsics(count: int, seed: int) -> Iterator[Errors | None]:
     for number in range(count):
         random_ = random.Random(f"{seed}:{number}")
         size = (640, 480) if number % 2 else (320, 240)
-        camera = TrueCamera.draw(random_, *size)
+        camera = draw_camera(random_, *size)
         yield _fit(camera.render_views(BOARD, 30, random_), camera.intrinsics)
 
 

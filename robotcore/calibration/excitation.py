@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections import defaultdict
 from collections.abc import Sequence
 from typing import Literal, NamedTuple
@@ -95,12 +96,20 @@ class ExcitationLog:
         series = np.array(self._samples[device]).reshape(-1, 2)
         return series[:, 0], series[:, 1]
 
-    def integrate_sent(self, side: Side) -> tuple[Array, Array]:
-        """Return the times, and the angles by which the sent velocities turn a wheel, each (ticks,), in s and rad."""
+    def integrate_sent(self, side: Side, lag_s: float = 0.0) -> tuple[Array, Array]:
+        """Return the times, and the angles by which the sent velocities turn a wheel, each (ticks,), in s and rad.
+
+        lag_s: the time constant with which the wheel follows a step of its command, in seconds.
+        """
         times = np.array([time for time, _ in self._sent])
         velocities = np.array([sent.left if side == "left" else sent.right for _, sent in self._sent])
-        turned = np.diff(times, append=self._end) * velocities
-        return np.append(times, self._end), np.append(0.0, np.cumsum(turned))
+        durations = np.diff(times, append=self._end)
+        reached = [0.0]
+        for duration, velocity in zip(durations, velocities, strict=True):
+            remaining = math.exp(-duration / lag_s) if lag_s else 0.0
+            reached.append(float(velocity + (reached[-1] - velocity) * remaining))
+        turned = np.append(0.0, np.cumsum(durations * velocities)) - lag_s * np.array(reached)
+        return np.append(times, self._end), turned
 
     @property
     def edges(self) -> list[float]:

@@ -46,6 +46,15 @@ def round_measured(value: float, uncertainty: float) -> float:
     return round(value, 1 - math.floor(math.log10(scale)))
 
 
+def format_digits(value: float, digits: int) -> str:
+    """Return a number with a number of meaningful digits, and without an exponent.
+
+    >>> format_digits(1.3e-05, 2), format_digits(0.0076, 2), format_digits(140.0, 4), format_digits(0.0, 2)
+    ('0.000013', '0.0076', '140', '0')
+    """
+    return np.format_float_positional(value, precision=digits, fractional=False, trim="-")
+
+
 class Estimate(NamedTuple):
     """A measured value and its uncertainty.
 

@@ -119,8 +119,12 @@ class RangeFit:
     """The part of the error that grows with the distance, per metre; 0 if it is not significant."""
     noise_m: float
     """The standard deviation of a reading, in metres."""
+    noise_deviation_m: float
+    """The standard deviation of ``noise_m``, in metres."""
     loss: float
     """The share of measurements without an echo in range, from 0 to 1."""
+    loss_deviation: float
+    """The standard deviation of ``loss``."""
     error_m: float
     """The root mean square of the errors that remain at the distances, in metres."""
     max_range_m: float | None
@@ -160,12 +164,17 @@ def fit_range(walls: Sequence[WallSamples], sensor: RangeSensorDescription) -> R
         )
     beyond = [each.distance_m for each in results if not each.is_in_range and each.distance_m > seen[-1].distance_m]
     lost, echoes = sum(each.lost for each in seen), sum(each.echoes for each in seen)
+    noise = math.sqrt(sum(each.noise_m**2 * each.echoes for each in seen) / echoes)
+    # The share of Agresti and Coull, so that no lost echo of few ones leaves an uncertainty.
+    share = (lost + 1) / (lost + echoes + 2)
     return RangeFit(
         offset,
         deviation,
         scale,
-        math.sqrt(sum(each.noise_m**2 * each.echoes for each in seen) / echoes),
+        noise,
+        noise / math.sqrt(2 * (echoes - len(seen))),
         lost / (lost + echoes),
+        math.sqrt(share * (1 - share) / (lost + echoes + 2)),
         error,
         seen[-1].distance_m if beyond else None,
         tuple(results),

@@ -18,12 +18,16 @@ from robotcore.cli.robot_changes import RobotChanges
 from robotcore.errors import Interrupted, RobotcoreError
 
 if TYPE_CHECKING:
+    from robotcore.description import DeviceDescription, RobotDescription
     from robotcore.interactive.live_robot import LiveRobot
     from robotcore.runtime.needs import Need
     from robotcore.view.chart import Chart
 
 BENCH, OPEN = "bench", "open"
 """The worlds of simulators without --world: things in view of the sensors, and space to drive."""
+
+TRUTH = "truth"
+"""The option of virtualpi that names the file of the simulated robot."""
 
 PLOT = "--plot"
 
@@ -123,7 +127,9 @@ class RobotSession:
         """The charts for --plot."""
         self.error: RobotcoreError | Interrupted | None = None
         """The error that has ended `measure`."""
-        self._plot = plot
+        self.simulates_file = self.is_simulated and self.backend.builds_world(self.description)
+        """Whether the simulated robot is that of a file, and not that of an existing scene."""
+        self._plot, self._has_noted = plot, False
 
     def find_device(self, kind: str, name: str | None) -> Any:
         """Return the description of a device of a kind: the one with a name, or the first one.
@@ -140,6 +146,37 @@ class RobotSession:
         if name is not None and name not in found:
             raise UnknownNameError(words, name, list(found))
         return found[name] if name else next(iter(found.values()))
+
+    def change_device(self, device: DeviceDescription, **values: Any) -> None:
+        """Set the keys of a device's table whose values differ from those of its description."""
+        if different := {key: value for key, value in values.items() if value != getattr(device, key)}:
+            self.changes.set_device(device.name, **different)
+
+    def note_simulated_file(self) -> None:
+        """Write once on stderr if a simulator simulates the robot of the same file, so that the file always agrees."""
+        if self._has_noted or not self.simulates_file or self.options.get(TRUTH):
+            return
+        self._has_noted = True
+        backend = "" if self.has_truth_option else "--backend virtualpi "
+        write_line(
+            f"note: {self.backend.name} simulates the robot of the same file, so the measurement compares {self.robot} "
+            f"with itself. To simulate a robot that differs from its file: {backend}--option {TRUTH}=FILE",
+            is_error=True,
+        )
+
+    @property
+    def has_truth_option(self) -> bool:
+        """Whether the backend is a simulator that can simulate the robot of another file, by the option ``truth``."""
+        from robotcore.hardware import HardwareBackend
+
+        return self.is_simulated and isinstance(self.backend, HardwareBackend)
+
+    def load_true_robot(self) -> RobotDescription:
+        """Return the description of the robot that a simulator simulates. Raises the errors of loading a robot."""
+        from robotcore.description import load_robot
+
+        truth = self.options.get(TRUTH)
+        return load_robot(truth) if truth and self.has_truth_option else self.description
 
     def prepare(self, instruction: str) -> None:
         """Ask the person to prepare a real robot, and wait until it is done. See `TerminalPerson.prepare`."""
@@ -164,6 +201,7 @@ class RobotSession:
 
         Raises the errors of `robotcore.open`.
         """
+        self.note_simulated_file()
         from robotcore.cli.estop_key import EmergencyStopKey, can_listen
         from robotcore.interactive.live_app import LiveApp
         from robotcore.interactive.opening import LONGEST_S, open_request

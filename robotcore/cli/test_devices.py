@@ -51,7 +51,9 @@ class AnsweringPerson:
                 return self._person.choose(prompt, question.choices)
             return self._person.read_number(f"{prompt} (Enter = skip):")
         if question.choices and given not in question.choices:
-            raise UnknownNameError(f"answer to {name}", given, list(question.choices))
+            listed = ", ".join(f"{key} = {meaning}" for key, meaning in question.choices.items())
+            text = f"unknown answer to {name}: {given!r}. The answers are: {listed}"
+            raise UsageError(text, kind=f"unknown-answer-to-{name}", device=device, answer=given)
         return given if question.choices else _parse_number(device, question.topic, given)
 
     def follow(self, device: str, topic: str, instruction: str) -> bool:
@@ -80,7 +82,7 @@ def _parse_number(device: str, topic: str, answer: str) -> float:
     metavar="DEVICE.TOPIC=ANSWER",
     type=parse_pair,
     multiple=True,
-    help="Answer a question in advance, such as left_motor.wheel=lf. Repeatable.",
+    help="Answer a question in advance, such as left_motor.wheel=lf: the left wheel turned forward. Repeatable.",
 )
 def command(names: tuple[str, ...], answers: tuple[tuple[str, str], ...], **values: Any) -> int:
     """Test each device of a robot, and correct its file.

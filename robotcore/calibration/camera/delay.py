@@ -13,7 +13,7 @@ import numpy as np
 from numpy.polynomial import legendre
 from numpy.typing import NDArray
 
-from robotcore.canvas import SERIES
+from robotcore.canvas import RULE, SERIES
 from robotcore.errors import CalibrationError
 from robotcore.kinds.camera import Frame
 from robotcore.optics import Image, Intrinsics
@@ -297,10 +297,13 @@ def list_turn_rates(ticks: int, tick_s: float, limit_rad_s: float) -> Iterator[f
 
 
 def build_delay_chart(fit: DelayFit, camera: str) -> Chart:
-    """Return a chart of the error at each delay that was tried."""
+    """Return a chart of the error at each delay that was tried, with the best delay and that of the time stamps."""
     errors = np.degrees(fit.errors_rad)
+    by_stamps = fit.latency_s - fit.stamp_error_s
+    height = [0.0, float(errors.max())]
     series = [
-        Series(fit.shifts_s, errors, label="error of the rotation"),
-        Series([fit.stamp_error_s] * 2, [0.0, float(errors.max())], SERIES[1], label="best delay"),
+        Series([by_stamps + shift for shift in fit.shifts_s], errors, label="error of the rotation"),
+        Series([fit.latency_s] * 2, height, SERIES[1], label="best delay"),
+        Series([by_stamps] * 2, height, RULE, label="delay by the time stamps"),
     ]
-    return Chart(f"Delay of {camera} after its time stamps", series, "delay in s", "degrees")
+    return Chart(f"Delay of {camera}", series, "delay from the capture in s", "degrees")

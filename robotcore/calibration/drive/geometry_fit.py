@@ -8,7 +8,6 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from robotcore.calibration.excitation_runs import Displacement
 from robotcore.calibration.least_squares import Estimate, fit_linear
 from robotcore.errors import CalibrationError
 
@@ -59,17 +58,6 @@ class Spin:
         return self.right_rad - self.left_rad
 
 
-def bend_arc(moved: Displacement) -> tuple[float, float]:
-    """Return the length of the arc between two points in metres, and the angle by which the robot has turned on it.
-
-    >>> way, turn = bend_arc(Displacement(1.0, 1.0))  # a quarter of a circle of radius 1 m
-    >>> round(way, 3), round(turn, 3)
-    (1.571, 1.571)
-    """
-    half = math.atan(moved.left_m / moved.forward_m) if moved.forward_m else 0.0
-    return moved.forward_m / math.cos(half) / (math.sin(half) / half if half else 1.0), 2 * half
-
-
 def fit_radius(drives: Sequence[StraightDrive], present_m: float) -> Estimate:
     """Return the mean radius of the wheels in metres.
 
@@ -113,10 +101,13 @@ def fit_track(spins: Sequence[Spin], radius: Estimate, present_m: float) -> Esti
     return _require_plausible("the track", Estimate(track.value, share * abs(track.value)), present_m)
 
 
-def fit_radius_ratio(drives: Sequence[StraightDrive], track_m: float) -> Estimate | None:
+def fit_radius_ratio(
+    drives: Sequence[StraightDrive], track_m: float, heading_rad: float = ALIGNMENT_RAD
+) -> Estimate | None:
     """Return the radius of the right wheel, divided by that of the left wheel; None if no turn was measured.
 
-    The directions in which the robot was put have an error, and each straight drive has its own.
+    heading_rad: the standard deviation of the direction in which the robot began a drive, in radians. Each straight
+        drive has its own error.
     """
     ratios = [
         (each.way_m + each.turn_rad * track_m / 2) / (each.way_m - each.turn_rad * track_m / 2)
@@ -127,7 +118,7 @@ def fit_radius_ratio(drives: Sequence[StraightDrive], track_m: float) -> Estimat
     if not ratios:
         return None
     way = min(abs(each.way_m) for each in drives)
-    return Estimate(float(np.mean(ratios)), 2 * ALIGNMENT_RAD * track_m / way / math.sqrt(len(ratios)))
+    return Estimate(float(np.mean(ratios)), 2 * heading_rad * track_m / way / math.sqrt(len(ratios)))
 
 
 def _require_plausible(name: str, length: Estimate, present_m: float) -> Estimate:

@@ -11,19 +11,22 @@ import numpy as np
 
 from robotcore.calibration.calibrated_robot import EXCITATION_KINDS
 from robotcore.calibration.drive.geometry_fit import (
+    ALIGNMENT_RAD,
     Spin,
     StraightDrive,
-    bend_arc,
     fit_radius,
     fit_radius_ratio,
     fit_track,
 )
 from robotcore.calibration.drive.room_profile import fit_full_turn
+from robotcore.calibration.drive.straight_path import StraightPath
 from robotcore.calibration.excitation import Excitation, ExcitationStep, Side, TruePoseObserver
 from robotcore.calibration.excitation_runs import ExcitationRunner
 from robotcore.calibration.least_squares import Array, Estimate, fit_linear
 from robotcore.description import AckermannDrive
 from robotcore.errors import CalibrationError, UsageError
+from robotcore.kinds.encoder import EncoderDescription
+from robotcore.kinds.motor import MotorDescription
 
 SPEED_M_S, TURN_RAD_S = 0.2, 1.0
 """The velocity of a straight drive, and the turn rate of a turn on the spot."""
@@ -85,35 +88,61 @@ def measure_drive(
         raise _refuse("--turns-by imu", "the robot has no IMU")
     if Reference.WALL in (straight_by, turns_by) and robot.first_of("range_sensor") is None:
         raise _refuse("wall", "the robot has no range sensor")
-    drives = _drive_to_wall(runner, distance_m) if straight_by is Reference.WALL else _drive_along(runner, distance_m)
-    radius = fit_radius(drives, drive.wheel_radius_m)
-    if not drive.encoders:
-        radius = Estimate(radius.value, math.hypot(radius.deviation, COMMAND_ERROR * radius.value))
+    paths = _drive_to_wall(runner, distance_m) if straight_by is Reference.WALL else _drive_along(runner, distance_m)
+    geometry = drive.geometry
+    radius = _fit_radius(runner, [each.fit(geometry.wheel_radius / geometry.track) for each in paths])
     spins: list[Spin] = []
     track = None
     if not isinstance(drive, AckermannDrive):
         spins = _spin(runner, turns_by, turns, radius.value)
-        track = fit_track(spins, radius, drive.geometry.track)
-    ratio = fit_radius_ratio(drives, (track or Estimate(drive.geometry.track, 0.0)).value)
+        track = fit_track(spins, radius, geometry.track)
+    # The measured track shows better how the wheels have turned the robot.
+    track_m = track.value if track else geometry.track
+    drives = [each.fit(radius.value / track_m) for each in paths]
+    radius = _fit_radius(runner, drives)
+    track = fit_track(spins, radius, geometry.track) if spins else None
+    ratio = _fit_ratio(runner, drives, radius.value, track_m)
     return DriveResult(
         radius, track, ratio, tuple(drives), tuple(spins), bool(drive.encoders), straight_by, turns_by
     )  # fmt: skip
 
 
-def _drive_along(runner: ExcitationRunner, distance_m: float) -> list[StraightDrive]:
+def _fit_radius(runner: ExcitationRunner, drives: list[StraightDrive]) -> Estimate:
+    radius = fit_radius(drives, runner.drive.wheel_radius_m)
+    if runner.drive.encoders:
+        return radius
+    return Estimate(radius.value, math.hypot(radius.deviation, COMMAND_ERROR * radius.value))
+
+
+def _fit_ratio(
+    runner: ExcitationRunner, drives: list[StraightDrive], radius_m: float, track_m: float
+) -> Estimate | None:
+    """Return the ratio of the radii. Its uncertainty has a part of the encoders' resolution, or of the commands."""
+    encoders = [
+        each for each in runner.robot.description.all_of(EncoderDescription) if each.name in runner.drive.encoders
+    ]
+    count_rad = max((math.tau / each.counts_per_turn for each in encoders), default=0.0)
+    # The error of a wheel's angle is uniform within a count. It turns the whole path.
+    ratio = fit_radius_ratio(drives, track_m, math.hypot(ALIGNMENT_RAD, count_rad / math.sqrt(6) * radius_m / track_m))
+    if ratio is None or encoders:
+        return ratio
+    return Estimate(ratio.value, math.hypot(ratio.deviation, math.sqrt(2) * COMMAND_ERROR))
+
+
+def _drive_along(runner: ExcitationRunner, distance_m: float) -> list[StraightPath]:
     speed = min(SPEED_M_S, MAX_SHARE * _fastest_m_s(runner))
-    drives = []
+    paths = []
     for number, direction in enumerate((1, -1), start=1):
         command = direction * speed / _fastest_m_s(runner)
         title = f"straight drive {number} of 2"
         moved, excitation = runner.drive_straight(command, distance_m / speed, SETTLE_S, title, takes_duties=False)
-        left, right = (_measure_wheel(runner, excitation, side) for side in ("left", "right"))
-        way, turn = bend_arc(moved)
-        drives.append(StraightDrive(left, right, way, TAPE_ERROR_M, turn))
-    return drives
+        times, left = _read_wheel(runner, excitation, "left")
+        right = np.interp(times, *_read_wheel(runner, excitation, "right"))
+        paths.append(StraightPath(left, right, moved.forward_m, moved.left_m, TAPE_ERROR_M))
+    return paths
 
 
-def _drive_to_wall(runner: ExcitationRunner, distance_m: float) -> list[StraightDrive]:
+def _drive_to_wall(runner: ExcitationRunner, distance_m: float) -> list[StraightPath]:
     nose = runner.robot.description.first_of("range_sensor")
     runner.prepare(
         f"Put the robot {distance_m + 0.4:.1f} m in front of a wall, and let it face the wall at a right angle. It "
@@ -128,13 +157,13 @@ def _drive_to_wall(runner: ExcitationRunner, distance_m: float) -> list[Straight
     stands = [(edges[number] + STAND_S / 2, edges[number + 1]) for number in (0, 2, 4)]
     times, distances = excitation.log.read_series(nose.name)
     at = [_average(times, distances, stand, nose.name) for stand in stands]
-    angles = {side: _read_wheel(runner, excitation, side) for side in ("left", "right")}
-    drives = []
+    paths = []
     for first, then in ((0, 1), (1, 2)):
-        ends = [stands[first][1], stands[then][1]]
-        left, right = (float(np.diff(np.interp(ends, *angles[side]))[0]) for side in ("left", "right"))
-        drives.append(StraightDrive(left, right, at[first] - at[then], WALL_ERROR_M))
-    return drives
+        left, right = (_read_wheel(runner, excitation, side) for side in ("left", "right"))
+        within = (left[0] >= stands[first][0]) & (left[0] <= stands[then][1])
+        angles = left[1][within], np.interp(left[0][within], *right)
+        paths.append(StraightPath(*angles, at[first] - at[then], None, WALL_ERROR_M))
+    return paths
 
 
 def _average(times: Array, distances: Array, stand: tuple[float, float], sensor: str) -> float:
@@ -231,7 +260,9 @@ def _read_wheel(runner: ExcitationRunner, excitation: Excitation, side: Side) ->
     drive = runner.drive
     encoders = drive.left_encoders if side == "left" else drive.right_encoders
     if not encoders:
-        return excitation.log.integrate_sent(side)
+        names = drive.left_motors if side == "left" else drive.right_motors
+        lags = [each.lag_s for each in runner.robot.description.all_of(MotorDescription) if each.name in names]
+        return excitation.log.integrate_sent(side, float(np.mean(lags)))
     series = [excitation.log.read_series(name) for name in encoders]
     times = series[0][0]
     return times, np.mean([np.interp(times, *each) for each in series], axis=0)

@@ -9,6 +9,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from robotcore.calibration.corrections import DEVIATIONS
 from robotcore.calibration.excitation import CommandStep
 from robotcore.calibration.least_squares import Array, Estimate, Fit, fit_linear, fit_nonlinear
 from robotcore.errors import CalibrationError
@@ -18,6 +19,9 @@ STARTS_S = ((0.02, 0.0), (0.08, 0.0), (0.3, 0.0))
 
 MIN_LAG_S, MAX_LAG_S = 1e-3, 3.0
 """The limits of the lag in seconds. A shorter one cannot be distinguished from none, and counts as none."""
+
+LEAST_DIFFERENCE_S = 0.01
+"""The least difference of the lags of both sides that counts, in seconds."""
 
 MAX_DELAY_S = 0.5
 """The greatest delay in seconds."""
@@ -111,6 +115,20 @@ def _estimate_lag(timing: Fit) -> Estimate:
     most = lag.value + delay.value + math.sqrt(max(float(timing.covariance.sum()), 0.0))
     deviation = min(lag.deviation, most)
     return Estimate(0.0, max(deviation, MIN_LAG_S)) if lag.value <= MIN_LAG_S else Estimate(lag.value, deviation)
+
+
+def find_lag_difference_s(left: Sequence[Response], right: Sequence[Response]) -> float:
+    """Return by how many seconds the left wheels follow a command later than the right ones; 0.0 without a difference.
+
+    A difference that is uncertain, or so short that it hardly turns the robot, counts as none.
+
+    left, right: the responses of the motors of each side.
+    """
+    starts = [[each.lag.value + each.delay.value for each in side] for side in (left, right)]
+    difference = float(np.mean(starts[0]) - np.mean(starts[1]))
+    deviations = [each for response in (*left, *right) for each in (response.lag.deviation, response.delay.deviation)]
+    is_clear = abs(difference) > max(LEAST_DIFFERENCE_S, DEVIATIONS * math.hypot(*deviations))
+    return difference if is_clear else 0.0
 
 
 def shorten_rests(steps: Sequence[CommandStep], duration_s: float) -> list[CommandStep]:

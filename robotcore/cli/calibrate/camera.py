@@ -62,7 +62,8 @@ def command(
     colour: the hue and the tolerance for apps, of a ball or another object before the camera.
 
     intrinsics: the field of view, the optical axis and the distortion, by a printed chessboard that you move before the
-    camera. It must be flat. Its size is the number of inner corners: 9x6 for a board of 10 by 7 squares.
+    camera. It must be flat. Its size is the number of inner corners: 9x6 for a board of 10 by 7 squares. In a
+    simulator, the command renders pictures of the board as the simulated camera sees it.
 
     delay: the time from the capture of a picture until the app gets it. The robot turns to and fro on the spot.
 
@@ -105,8 +106,8 @@ def _find_reasons(session: RobotSession, *, has_files: bool) -> dict[str, str]:
     if has_files:
         return {part: "pictures of a board give only the intrinsics" for part in PARTS if part != INTRINSICS}
     reasons = {}
-    if session.is_simulated:
-        reasons[INTRINSICS] = "no person moves a board in a simulator. Give pictures with --pictures or --recording"
+    if session.is_simulated and not session.simulates_file:
+        reasons[INTRINSICS] = "the scene of the simulator has no board. Give pictures with --pictures or --recording"
     description, drive = session.description, session.description.drive
     if drive is None:
         reasons[DELAY] = "the robot has no drive to turn with"
@@ -130,7 +131,7 @@ def _measure_live(
         COLOUR: (f"Hold the {colour} object before the camera", partial(measurement.measure_colour, colour)),
         INTRINSICS: (
             "Take the chessboard, and hold it before the camera",
-            partial(measurement.measure_board, board),
+            partial(measurement.render_board if session.is_simulated else measurement.measure_board, board),
         ),
         DELAY: (
             "Put the robot on the floor with free space around it: it turns to and fro for 12 s",

@@ -7,6 +7,7 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import asdict
 from math import degrees
 from pathlib import Path
+from random import Random
 from typing import TYPE_CHECKING, Any
 
 from robotcore.cli.output import write_failure, write_line
@@ -27,6 +28,9 @@ PICTURES = 20
 """The number of pictures for the noise and for the colour."""
 
 APPS_WITHOUT_TOLERANCE = "mark-green and pan-search"
+
+VIEWS = 30
+"""The number of rendered pictures of a board in a simulator."""
 
 MAX_WATCH_S = 300.0
 """The longest time for which a person moves the board, in seconds."""
@@ -84,7 +88,7 @@ class CameraParts:
         from robotcore.calibration.camera.measuring import take_pictures
 
         noise = round(measure_noise(live.run(take_pictures(device, PICTURES))), 2)
-        self._session.changes.set_device(self.camera.name, noise_levels=noise)
+        self._session.change_device(self.camera, noise_levels=noise)
         self._add(NOISE, {"noise_levels": noise}, f"{noise:g} grey levels (standard deviation of a pixel)")
 
     def measure_colour(self, colour: str, live: LiveRobot, device: Camera) -> None:
@@ -154,6 +158,23 @@ class CameraParts:
                 write_line(watch.describe(), is_error=True)
         self._add_intrinsics(board, watch.selection, watch.without)
 
+    def render_board(self, board: Board, _live: LiveRobot, device: Camera) -> None:
+        """Fit the lens of a simulated camera to rendered pictures of a board, which no world of a simulator has."""
+        from robotcore.calibration.camera.board_renderer import BoardRenderer
+        from robotcore.calibration.camera.intrinsics import collect_views
+
+        robot = self._session.load_true_robot()
+        cameras: dict[str, CameraDescription] = {each.name: each for each in robot.all_of("camera")}
+        true = cameras[self.camera.name]  # the simulator has opened it
+        write_line(
+            f"The simulated world has no board, so the board is rendered in {VIEWS} places, as the camera of the "
+            "simulated robot sees it",
+            is_error=True,
+        )
+        renderer = BoardRenderer(true.intrinsics, true.noise_levels)
+        selection, without = collect_views(renderer.render_views(board, VIEWS, Random(self._session.seed or 0)), board)
+        self._add_intrinsics(board, selection, without)
+
     def _add_intrinsics(self, board: Board, selection: ViewSelection, without: Sequence[Image]) -> None:
         from robotcore.calibration.camera.intrinsics import (
             build_description_values,
@@ -161,12 +182,13 @@ class CameraParts:
             fit_intrinsics,
             require_board,
         )
+        from robotcore.calibration.least_squares import format_digits
 
         require_board(selection, board, without)
         self._session.charts.append(build_views_chart(selection, self.camera.name))
         fit = fit_intrinsics(selection, board)
         values = build_description_values(fit, self.camera)
-        self._session.changes.set_device(self.camera.name, **values)
+        self._session.change_device(self.camera, **values)
         self._add(
             INTRINSICS,
             {
@@ -180,7 +202,7 @@ class CameraParts:
             },
             f"horizontal field of view {degrees(fit.horizontal_fov_rad):.2f}° ± {degrees(fit.fov_deviation_rad):.2f}°",
             f"optical axis at column {values['centre_px'][0]:g}, row {values['centre_px'][1]:g}; distortion "
-            f"{', '.join(f'{value:g}' for value in values['distortion'])}",
+            f"{', '.join(format_digits(value, 4) for value in values['distortion'])}",
             f"{fit.views} views, error of a corner {fit.error_px:.2f} px"
             + (f", {fit.left_out} bad views left out" if fit.left_out else ""),
             *([f"warning: not covered: {', '.join(fit.uncovered)}"] if fit.uncovered else []),
@@ -198,7 +220,7 @@ class CameraParts:
         fit = fit_delay(record, device.intrinsics.horizontal_fov, 1 / rate_hz)
         latency = max(0.0, round(fit.latency_s, 3))
         self._session.charts.append(build_delay_chart(fit, self.camera.name))
-        self._session.changes.set_device(self.camera.name, latency_s=latency)
+        self._session.change_device(self.camera, latency_s=latency)
         self._add(
             DELAY,
             {

@@ -8,7 +8,8 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from robotcore.cli.calibrate.excitation_runner import build_runner, distance_option
+from robotcore.cli.calibrate.distances import distance_option
+from robotcore.cli.calibrate.excitation_runner import build_runner
 from robotcore.cli.output import write_line, write_table
 from robotcore.cli.robot_session import OPEN, MeasuringCommand, RobotSession, robot_session_options
 
@@ -64,8 +65,16 @@ def command(straight_by: str, turns_by: str | None, distance_m: float, turns: in
 
 
 def _write_result(result: DriveResult, corrections: list[Correction], drive: Drive) -> None:
+    from robotcore.calibration.least_squares import format_digits
+
     rows = (
-        (each.key, f"{each.old:g}", f"{each.new:g}", f"{each.measured.deviation:.2g}", "differs" * each.is_needed)
+        (
+            each.key,
+            f"{each.old:g}",
+            f"{each.new:g}",
+            format_digits(each.measured.deviation, 2),
+            "differs" * each.is_needed,
+        )
         for each in corrections
     )
     write_table(("property", "in the file", "measured", "±", ""), rows)
@@ -84,7 +93,10 @@ def _list_remarks(result: DriveResult, drive: Drive) -> Iterator[str]:
         turns = [57.3 * (each.turn_rad - radius * each.difference_rad / result.track.value) for each in result.spins]
         yield f"turns by {result.turns_by.value}: residuals of {_join(turns, '.2f')} degrees"
     if not result.has_encoders:
-        yield "The wheels have no encoders, so the velocities of the motors must be right: robotcore calibrate motors"
+        yield (
+            "The wheels have no encoders, so the velocities and the lags of the motors in the file must be right: "
+            "robotcore calibrate motors"
+        )
     if result.ratio and abs(result.ratio.value - 1) > 2 * result.ratio.deviation:
         yield (
             f"The radius of the right wheels is {result.ratio.value:.4f} ± {result.ratio.deviation:.4f} of that of the "

@@ -3,13 +3,9 @@
 from __future__ import annotations
 
 import sys
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from contextlib import ExitStack, closing
 from typing import TYPE_CHECKING, Any
-
-import click
-
-from robotcore.cli.options import Command
 
 if TYPE_CHECKING:
     from robotcore.calibration.excitation_runs import ExcitationRunner
@@ -17,19 +13,6 @@ if TYPE_CHECKING:
     from robotcore.runtime.observer import Observer
     from robotcore.runtime.request import RunRequest
     from robotcore.runtime.result import RunResult
-
-
-def distance_option(most_m: float, default_m: float, text: str) -> Callable[[Command], Command]:
-    """Return the option ``--distance`` of a command.
-
-    most_m: the greatest distance, in metres.
-    default_m: the distance without the option, in metres.
-    text: the help text.
-    """
-    kind = click.FloatRange(0.2, most_m)
-    return click.option(
-        "--distance", "distance_m", metavar="METRES", type=kind, default=default_m, show_default=True, help=text
-    )
 
 
 def build_runner(session: RobotSession) -> ExcitationRunner:
@@ -42,6 +25,7 @@ def build_runner(session: RobotSession) -> ExcitationRunner:
 
     session.backend.require_installed()
     robot = CalibratedRobot.load(session.robot, session.backend, session.options)
+    session.note_simulated_file()
     return ExcitationRunner(robot, perform_run, session.person, session.world, session.seed)
 
 

@@ -8,7 +8,8 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from robotcore.cli.calibrate.excitation_runner import build_runner, distance_option
+from robotcore.cli.calibrate.distances import distance_option
+from robotcore.cli.calibrate.excitation_runner import build_runner
 from robotcore.cli.output import write_line, write_table
 from robotcore.cli.robot_session import OPEN, MeasuringCommand, RobotSession, robot_session_options
 
@@ -68,6 +69,8 @@ def command(method: str | None, distance_m: float, **values: Any) -> int:
 
 
 def _write_results(results: list[MotorResult], corrections: list[Correction], robot: CalibratedRobot) -> None:
+    from robotcore.calibration.least_squares import format_digits
+
     known = {(each.table[1], each.key): each for each in corrections}
     rows = [
         (result.motor, *cells)
@@ -80,13 +83,41 @@ def _write_results(results: list[MotorResult], corrections: list[Correction], ro
         curve = result.curve
         write_line(
             f"{result.motor}, by {result.instrument}: R² {curve.r_squared:.5f}, residuals of "
-            f"{curve.residual_rad_s:.3g} rad/s at {len(curve.points)} commands"
+            f"{format_digits(curve.residual_rad_s, 3)} rad/s at {len(curve.points)} commands"
         )
+
+    if remark := _describe_lags(results, robot):
+        write_line(remark)
+
+
+def _describe_lags(results: list[MotorResult], robot: CalibratedRobot) -> str:
+    """Return a sentence about motors with different lags; ``""`` if they have the same or if the robot steers."""
+    from robotcore.calibration.motors.response import find_lag_difference_s
+
+    drive = robot.description.drive
+    assert drive
+    responses = {each.motor: each.response for each in results if each.response}
+    left, right = (
+        [responses[name] for name in side if name in responses] for side in (drive.left_motors, drive.right_motors)
+    )
+    if robot.description.min_turn_radius_m or not (left and right):
+        return ""
+    if not (difference := find_lag_difference_s(left, right)):
+        return ""
+    later, earlier = ("left", "right") if difference > 0 else ("right", "left")
+    reference = "the encoders" if drive.encoders else "an IMU that the app opens"
+    return (
+        f"The {later} wheels follow a command {abs(difference) * 1000:.0f} ms later than the {earlier} wheels, so the "
+        f"robot turns to the {later} when it starts. The manoeuvre straight corrects this by {reference}: "
+        "docs/manoeuvres.md"
+    )
 
 
 def _list_cells(
     result: MotorResult, known: dict[tuple[str, str], Correction], full_rad_s: float, *, has_models: bool
 ) -> Iterator[tuple[str, ...]]:
+    from robotcore.calibration.least_squares import format_digits
+
     curve, response = result.curve, result.response
     dead_band = curve.dead_band if has_models else curve.dead_band.scale(full_rad_s)
     properties: list[tuple[str, str, Estimate]] = [
@@ -102,9 +133,9 @@ def _list_cells(
     for key, words, estimate in properties:
         correction = known.get((result.motor, key))
         old = f"{correction.old:g}" if correction else ""
-        value = f"{correction.new:g}" if correction else f"{estimate.rounded:g}"
+        value = f"{correction.new:g}" if correction else format_digits(estimate.rounded, 6)
         is_wrong = correction is not None and correction.is_needed
-        yield words, old, value, f"{estimate.deviation:.2g}", "differs" if is_wrong else ""
+        yield words, old, value, format_digits(estimate.deviation, 2), "differs" if is_wrong else ""
 
 
 def _to_dict(result: MotorResult) -> dict[str, Any]:

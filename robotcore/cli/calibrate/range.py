@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
+from robotcore.cli.calibrate.distances import DistancesType, DistanceType, find_distance_problem
 from robotcore.cli.output import write_line, write_table
 from robotcore.cli.person import has_terminal
 from robotcore.cli.robot_session import BENCH, MeasuringCommand, RobotSession, robot_session_options
@@ -30,20 +31,11 @@ DISTANCES = 6
 NEAR_M = 0.25
 """The distance to the wall at which a driving robot turns back at the latest, in metres. The range guard is nearer."""
 
+MIN_M, MAX_M = 0.01, 19.9
+"""The limits of a distance from the wall, in metres."""
+
 SIGNIFICANT = 2.0
 """A change of the offset is written if it is this many times its standard deviation."""
-
-
-def _parse_distances(_context: click.Context, _parameter: click.Parameter, value: str | None) -> tuple[float, ...]:
-    if value is None:
-        return ()
-    try:
-        distances = tuple(float(part) for part in value.split(","))
-    except ValueError:
-        distances = ()
-    if not distances or not all(0 < distance < 20 for distance in distances):
-        raise click.BadParameter(f"{value!r} is no list of distances in metres. Give them such as 0.2,0.5,1.0")
-    return distances
 
 
 @click.command("range", cls=MeasuringCommand, short_help="Measure the errors of a range sensor.")
@@ -52,20 +44,22 @@ def _parse_distances(_context: click.Context, _parameter: click.Parameter, value
 @click.option(
     "--distances",
     metavar="METRES,…",
-    callback=_parse_distances,
+    type=DistancesType(MIN_M, MAX_M),
     help="The distances from the sensor to the wall by a tape measure. Default: the command asks for them.",
 )
 @click.option(
     "--drive",
     "start",
     metavar="METRES",
-    type=click.FloatRange(0.3, 20.0),
+    type=DistanceType(0.3, 20.0),
     help="Drive towards the wall from this distance, and measure the way by the encoders.",
 )
 @click.option(
     "--seconds", type=click.FloatRange(0.5, 60.0), default=3.0, show_default=True, help="The time at each distance."
 )
-def command(name: str | None, distances: tuple[float, ...], start: float | None, seconds: float, **values: Any) -> int:
+def command(
+    name: str | None, distances: tuple[float, ...] | None, start: float | None, seconds: float, **values: Any
+) -> int:
     """Measure the offset, the noise and the lost echoes of a range sensor before a flat wall.
 
     Put the robot square before the wall, measure the distance from the sensor to the wall with a tape, and type it.
@@ -77,7 +71,7 @@ def command(name: str | None, distances: tuple[float, ...], start: float | None,
     """
     from robotcore.calibration.range_sensor import build_error_chart, fit_range
 
-    session = RobotSession(**values)
+    session, distances = RobotSession(**values), distances or ()
     sensor: RangeSensorDescription = session.find_device("range_sensor", name)
     is_driving = _decide_driving(session, distances, start)
     walls: list[WallSamples] = []
@@ -103,6 +97,9 @@ def _decide_driving(session: RobotSession, distances: tuple[float, ...], start: 
     if distances and session.is_simulated and has_drive:
         text = "a simulated robot drives to the wall itself, by its true distance. Leave --distances out"
         raise UsageError(text, kind="distances-in-simulator")
+    if start is not None and session.is_simulated and has_drive:
+        text = "a simulated robot drives to the wall from its place in the world. Leave --drive out, or give a --world"
+        raise UsageError(text, kind="drive-in-simulator")
     if start is not None and not has_drive:
         raise UsageError(f"{session.description.source} has no drive. Leave --drive out", kind="no-drive")
     is_driving = start is not None or (session.is_simulated and has_drive)
@@ -180,7 +177,7 @@ def _ask_distances(person: TerminalPerson, distances: tuple[float, ...]) -> Iter
 
 
 def _find_problem(distance: float) -> str:
-    return "" if 0 < distance < 20 else f"{distance:g} m is no distance"
+    return find_distance_problem(distance, MIN_M, MAX_M)
 
 
 def _apply(session: RobotSession, sensor: RangeSensorDescription, fit: RangeFit) -> list[str]:
@@ -195,7 +192,7 @@ def _apply(session: RobotSession, sensor: RangeSensorDescription, fit: RangeFit)
             f"The sensor saw the wall at {fit.max_range_m:.2f} m, but not farther away. max_range_m is "
             f"{sensor.max_range_m:g} m: measure between them, and lower it."
         )
-    session.changes.set_device(sensor.name, **values)
+    session.change_device(sensor, **values)
     return notes
 
 
@@ -218,8 +215,9 @@ def _write_fit(fit: RangeFit, sensor: RangeSensorDescription, notes: list[str]) 
     write_table(("distance, m", "measured, m", "error, m", "noise, m", "lost"), rows)
     write_line()
     write_line(
-        f"{sensor.name}: offset {fit.offset_m:+.4f} m ± {fit.offset_deviation_m:.4f} m, noise {fit.noise_m:.4f} m, "
-        f"lost echoes {fit.loss:.1%}; the fit leaves {fit.error_m:.4f} m"
+        f"{sensor.name}: offset {fit.offset_m:+.4f} m ± {fit.offset_deviation_m:.4f} m, noise {fit.noise_m:.4f} m ± "
+        f"{fit.noise_deviation_m:.4f} m, lost echoes {fit.loss:.1%} ± {fit.loss_deviation:.1%}; the fit leaves "
+        f"{fit.error_m:.4f} m"
     )
     if fit.scale:
         write_line(

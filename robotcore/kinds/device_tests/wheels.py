@@ -185,7 +185,7 @@ def _report_motors(test: DeviceTest, pulses: Sequence[_Pulse]) -> None:
         if wheel is None or source[wheel] != pulse.motor or (wheel != pulse.motor and not swapped):
             continue
         if pulse.direction < 0:
-            text = f"turns {'its' if wheel == pulse.motor else 'the'} wheel backward"
+            text = "turns its wheel backward" + (", after the swap" if wheel != pulse.motor else "")
             remedy = "Swap the two wires of the motor"
             test.correct(wheel, text, REVERSED, remedy=remedy, kind="motor-reversed")
         elif wheel == pulse.motor:

@@ -1,5 +1,8 @@
 from __future__ import annotations
 
+import math
+
+import numpy as np
 import pytest
 
 from robotcore import RunRequest, run
@@ -42,3 +45,14 @@ def test_sent_velocities_are_integrated_until_the_end() -> None:
     log.finish(0.3)
     assert log.integrate_sent("right")[1].tolist() == pytest.approx([0.0, 0.0, -0.2, -0.6])
     assert log.list_steps("left") == [CommandStep(0.0, 0.3, 0.0)]
+
+
+def test_sent_velocities_turn_a_wheel_with_its_lag() -> None:
+    log = ExcitationLog()
+    log.begin(0.0, ExcitationStep(3.0))
+    for number in range(300):
+        log.add_sent(number / 100, Wheels(4.0, 4.0) if number < 100 else Wheels(0.0, 0.0))
+    log.finish(3.0)
+    times, turned = log.integrate_sent("left", lag_s=0.2)
+    assert np.interp(1.0, times, turned) == pytest.approx(4.0 * (1.0 - 0.2 * (1 - math.exp(-5))))
+    assert turned[-1] == pytest.approx(4.0, rel=1e-4)

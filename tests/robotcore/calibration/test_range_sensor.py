@@ -47,6 +47,15 @@ def test_offset_noise_and_lost_echoes_are_measured(*, is_silent: bool) -> None:
     assert found.loss == pytest.approx(0.1, abs=0.025)
     assert found.scale == 0.0
     assert found.max_range_m is None
+    echoes = sum(each.echoes for each in found.walls)
+    assert found.noise_deviation_m == pytest.approx(found.noise_m / math.sqrt(2 * echoes), rel=0.02)
+    assert found.loss_deviation == pytest.approx(math.sqrt(0.1 * 0.9 / echoes), rel=0.2)
+
+
+def test_no_lost_echo_of_few_leaves_an_uncertain_loss() -> None:
+    found = fit([collect_samples(distance) for distance in DISTANCES])
+    assert found.loss == 0.0
+    assert 0.0 < found.loss_deviation < 0.01
 
 
 def test_an_error_that_grows_with_the_distance_is_no_offset() -> None:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import os
 import random
+import re
 from pathlib import Path
 
 import pytest
@@ -70,6 +71,25 @@ def test_answers_on_the_command_line_replace_those_of_the_truth(cli: Cli) -> Non
     answer = cli(*arguments, "--answer", "left_motor.wheel=lb")
     assert answer.status == 1
     assert [finding["kind"] for finding in answer.json["findings"]] == ["motor-reversed", "encoder-reversed"]
+
+
+def test_an_unknown_answer_is_refused_with_the_meanings_of_the_answers(cli: Cli, check_text: CheckText) -> None:
+    arguments = ["test-devices", "--robot", "rover", "--backend", "virtualpi", "--only", "left_motor", "--json"]
+    answer = cli(*arguments, "--answer", "left_motor.wheel=left")
+    assert (answer.status, answer.json["kind"]) == (2, "unknown-answer-to-left_motor.wheel")
+    check_text(answer.err)
+
+
+@pytest.mark.slow
+def test_a_motor_that_is_swapped_and_turns_backward_is_named_as_after_the_swap(tmp_path: Path, cli: Cli) -> None:
+    shipped = read_shipped("rover")
+    left, right = "forward = 17\nbackward = 27", "forward = 23\nbackward = 24"
+    text = shipped.replace(right, "forward = 27\nbackward = 17").replace(left, right)
+    own, true = write(tmp_path, text), write(tmp_path, shipped, "true.toml")
+    truth = f"truth={true}"
+    only = ["--only", "left_motor", "--only", "right_motor"]
+    answer = cli("test-devices", "--robot", own, "--backend", "virtualpi", "--option", truth, *only)
+    assert re.search(r"^error +left_motor +turns its wheel backward, after the swap$", answer.out, re.MULTILINE)
 
 
 @pytest.mark.slow

@@ -141,7 +141,9 @@ def test_a_range_sensor_has_its_offset_noise_and_lost_echoes(backend: str) -> No
     assert 40 < lost < 80
 
 
-@pytest.mark.parametrize("loss, samples", [(0.0, 1), (0.0005, 1), (0.02, 2), (0.1, 3), (0.2, 5), (0.5, 10)])
+@pytest.mark.parametrize(
+    "loss, samples", [(0.0, 1), (0.0005, 1), (0.02, 2), (0.1, 3), (0.2, 5), (0.5, 10), (1.0, 6905)]
+)
 def test_the_more_echoes_a_sensor_loses_the_more_samples_show_that_nothing_is_in_range(
     loss: float, samples: int
 ) -> None:

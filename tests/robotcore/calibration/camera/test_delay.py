@@ -9,7 +9,15 @@ import numpy as np
 import pytest
 
 import robotcore
-from robotcore.calibration.camera.delay import Heading, TimedPicture, TurnRecord, build_delay_chart, fit_delay, shrink
+from robotcore.calibration.camera.delay import (
+    DelayFit,
+    Heading,
+    TimedPicture,
+    TurnRecord,
+    build_delay_chart,
+    fit_delay,
+    shrink,
+)
 from robotcore.calibration.camera.measuring import find_heading_source, record_turn
 from robotcore.errors import CalibrationError
 from robotcore.hal.robot import Role
@@ -116,6 +124,14 @@ def test_the_delay_of_a_simulated_camera_is_its_latency() -> None:
     late.stamps = [stamp + 0.1 for stamp in made.stamps]
     late.pictures = [TimedPicture(picture.grey, picture.stamp + 0.1) for picture in made.pictures]
     assert fit_delay(late, 1.0821, TICK_S).latency_s == pytest.approx(0.1, abs=0.005)
+
+
+def test_the_chart_marks_the_delay_from_the_capture_and_that_of_the_stamps() -> None:
+    fit = DelayFit(0.112, 0.001, 0.012, 1.0, 0.99, 50, (0.0, 0.012, 0.024), (0.02, 0.001, 0.02))
+    errors, best, stamps = build_delay_chart(fit, "eye").series
+    assert errors.xs == pytest.approx([0.1, 0.112, 0.124])
+    assert best.xs == [0.112, 0.112]
+    assert stamps.xs == pytest.approx([0.1, 0.1])
 
 
 @pytest.mark.slow

@@ -22,11 +22,11 @@ from robotcore.description import load_robot
 from robotcore.errors import CalibrationError, UsageError
 from robotcore.kinds.camera import CameraDescription
 from robotcore.optics import Image
-from tests.robotcore.calibration.camera.rendered_boards import TrueCamera
+from tests.robotcore.calibration.camera.rendered_boards import build_camera
 from tests.texts import Raises
 
 BOARD = Board(9, 6, 0.025)
-CAMERA = TrueCamera(320, 240, 290.0, (164.0, 117.0), (-0.2, 0.03, 0.001, -0.001, 0.0), noise=3.0)
+CAMERA = build_camera((320, 240), 290.0, (164.0, 117.0), (-0.2, 0.03, 0.001, -0.001, 0.0), noise=3.0)
 EYE = load_robot("rover").all_of(CameraDescription)[0]
 
 
@@ -43,9 +43,9 @@ def fit(pictures: Sequence[Image]) -> IntrinsicsFit:
 def test_known_intrinsics_are_recovered_within_their_uncertainty() -> None:
     found = fit(take_pictures())
     assert found.horizontal_fov_rad == pytest.approx(CAMERA.intrinsics.horizontal_fov, rel=0.002)
-    assert found.centre_px == pytest.approx(CAMERA.centre, abs=0.5)
-    assert found.distortion[:2] == pytest.approx(CAMERA.distortion[:2], abs=0.03)
-    assert abs(found.focal_length_px - CAMERA.focal_length) < 5 * found.deviations[0]
+    assert found.centre_px == pytest.approx(CAMERA.intrinsics.centre, abs=0.5)
+    assert found.distortion[:2] == pytest.approx(CAMERA.intrinsics.distortion[:2], abs=0.03)
+    assert abs(found.focal_length_px - CAMERA.intrinsics.focal_length) < 5 * found.deviations[0]
     assert found.error_px < 0.2
     assert found.left_out == 0
 
@@ -54,8 +54,8 @@ def test_known_intrinsics_are_recovered_within_their_uncertainty() -> None:
 def test_the_values_describe_a_camera_that_can_be_simulated() -> None:
     values = build_description_values(fit(take_pictures()), EYE)
     described = CameraDescription.model_validate({**EYE.model_dump(exclude_none=True), **values})
-    assert described.intrinsics.focal_length == pytest.approx(CAMERA.focal_length, rel=0.002)
-    assert described.intrinsics.cx == pytest.approx(CAMERA.centre[0], abs=0.5)
+    assert described.intrinsics.focal_length == pytest.approx(CAMERA.intrinsics.focal_length, rel=0.002)
+    assert described.intrinsics.cx == pytest.approx(CAMERA.intrinsics.cx, abs=0.5)
 
 
 @pytest.mark.slow
@@ -81,7 +81,7 @@ def test_a_view_that_does_not_fit_is_left_out() -> None:
     selection.views[3] = bent
     found = fit_intrinsics(selection, BOARD)
     assert found.left_out == 1
-    assert found.focal_length_px == pytest.approx(CAMERA.focal_length, rel=0.003)
+    assert found.focal_length_px == pytest.approx(CAMERA.intrinsics.focal_length, rel=0.003)
 
 
 @pytest.mark.slow
@@ -162,7 +162,7 @@ def test_a_live_view_counts_only_if_the_board_stands_still() -> None:
 
 @pytest.mark.slow
 def test_a_refined_corner_is_exact_to_a_tenth_of_a_pixel() -> None:
-    camera = TrueCamera(320, 240, 300.0, (159.5, 119.5))
+    camera = build_camera((320, 240), 300.0, (159.5, 119.5))
     position = np.array([-0.1, -0.06, 0.4])
     picture = camera.render(BOARD, np.zeros(3), position, random.Random(0))
     corners = BOARD.find(picture)

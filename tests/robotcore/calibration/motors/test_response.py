@@ -7,7 +7,7 @@ import pytest
 
 from robotcore.calibration.excitation import CommandStep
 from robotcore.calibration.motors.plans import LEVELS
-from robotcore.calibration.motors.response import fit_response, shorten_rests
+from robotcore.calibration.motors.response import find_lag_difference_s, fit_response, shorten_rests
 from robotcore.calibration.motors.velocity_curve import CurvePoint, fit_velocity_curve
 from robotcore.errors import CalibrationError
 from robotcore.hardware.motor_model import MotorModel
@@ -100,3 +100,21 @@ def test_a_step_without_samples_is_an_error(raises: Raises) -> None:
 def test_long_rests_are_shortened_on_the_side_of_the_steps() -> None:
     steps = [CommandStep(0.0, 9.0, 0.0), CommandStep(9.0, 10.0, 1.0), CommandStep(10.0, 20.0, 0.0)]
     assert shorten_rests(steps, 2.0) == [steps[0]._replace(start=7.0), steps[1], steps[2]._replace(end=12.0)]
+
+
+@pytest.mark.parametrize(
+    "left, right, edges, expected",
+    [
+        ((0.09, 0.0), (0.05, 0.0), 3840, 0.04),
+        ((0.05, 0.0), (0.05, 0.03), 3840, -0.03),
+        ((0.058, 0.0), (0.05, 0.0), 3840, 0.0),
+        ((0.1, 0.0), (0.05, 0.0), 5, 0.0),
+    ],
+    ids=["lags", "delays", "short", "uncertain"],
+)
+def test_a_clear_difference_of_the_lags_is_found(
+    left: tuple[float, float], right: tuple[float, float], edges: int, expected: float
+) -> None:
+    steps = list_steps((1.0, 0.6, 0.3))
+    one, other = ([fit_response(steps, *turn_wheel(steps, MODEL, *each, math.tau / edges))] for each in (left, right))
+    assert find_lag_difference_s(one, other) == pytest.approx(expected, abs=0.001)

@@ -33,3 +33,18 @@ OTHER_MOTORS: Changes = (
 )
 DEAD_ENCODER: Changes = (("[raspberrypi.left_encoder]", "[vrep.unconnected]"),)
 REVERSED_ENCODER: Changes = (("a = 5\nb = 6", "a = 6\nb = 5"),)
+SLOW_LEFT_MOTOR: Changes = (
+    (
+        'name = "left_motor"\nmax_velocity_rad_s = 12.0\nlag_s = 0.05',
+        'name = "left_motor"\nmax_velocity_rad_s = 12.0\nlag_s = 0.15',
+    ),
+)
+NO_ENCODERS: Changes = tuple(
+    change
+    for side, pins in (("left", "a = 5\nb = 6"), ("right", "a = 20\nb = 21"))
+    for change in (
+        (f'[[devices]]\nkind = "encoder"\nname = "{side}_encoder"\ncounts_per_turn = 960\n', ""),
+        (f'{side}_encoder = "{side}_encoder"\n', ""),
+        (f'[raspberrypi.{side}_encoder]\ndriver = "quadrature"\n{pins}\n', ""),
+    )
+)

@@ -2,6 +2,7 @@ from __future__ import annotations
 
 import io
 import math
+import re
 from pathlib import Path
 from typing import Any
 
@@ -9,10 +10,11 @@ import pytest
 
 from robotcore.calibration.calibrated_robot import CalibratedRobot
 from robotcore.calibration.excitation import TruePoseObserver
+from robotcore.calibration.excitation_runs import Displacement, ExcitationRunner
 from robotcore.cli.person import TerminalPerson
 from robotcore.description import load_robot
 from robotcore.geometry import wrap_angle
-from tests.robotcore.cli.calibrate.robots import IMU, Changes, write_robot
+from tests.robotcore.cli.calibrate.robots import IMU, NO_ENCODERS, SLOW_LEFT_MOTOR, Changes, write_robot
 from tests.robotcore.cli.conftest import Cli
 from tests.texts import CheckText
 
@@ -52,6 +54,34 @@ def test_radius_and_track_are_corrected_to_the_truth(cli: Cli, tmp_path: Path, b
     assert drive
     assert drive.wheel_radius_m == pytest.approx(0.0338, rel=0.002)
     assert drive.track_m == pytest.approx(0.149, rel=0.006 if by == "wall" else 0.003)
+
+
+@pytest.mark.parametrize("has_encoders", [True, False])
+def test_motors_with_different_lags_are_no_wheels_of_different_sizes(
+    cli: Cli, tmp_path: Path, *, has_encoders: bool
+) -> None:
+    without = () if has_encoders else NO_ENCODERS
+    own, truth = (
+        write_robot(tmp_path, name, *SLOW_LEFT_MOTOR, *radius, *without)
+        for name, radius in (("own", ()), ("truth", (("wheel_radius_m = 0.0325", "wheel_radius_m = 0.0334"),)))
+    )
+    answer = calibrate(cli, own, *with_truth(truth), "--turns", "2", "--json")
+    assert answer.json["wheel_radius_m"]["value"] == pytest.approx(0.0334, rel=0.001)
+    ratio = answer.json["radius_ratio"]
+    assert ratio["value"] == pytest.approx(1.0, abs=0.001)
+    assert ratio["deviation"] > (0.0015 if has_encoders else 0.01)
+
+
+def test_wheels_of_different_sizes_are_named(cli: Cli, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    read = ExcitationRunner.read_displacement
+
+    def bend(runner: ExcitationRunner, keeper: TruePoseObserver) -> Displacement | None:
+        moved = read(runner, keeper)
+        return moved and Displacement(moved.forward_m, moved.left_m + 0.13)  # as if the right wheels were 1 % larger
+
+    monkeypatch.setattr(ExcitationRunner, "read_displacement", bend)
+    answer = calibrate(cli, write_robot(tmp_path, "own", *SLOW_LEFT_MOTOR), "--turns", "2")
+    assert re.search(r"The radius of the right wheels is 1\.0\d+ ± 0\.00\d+ of that of the left wheels", answer.out)
 
 
 def test_the_effective_track_of_wheels_that_skid_is_their_factor(cli: Cli) -> None:

@@ -10,7 +10,15 @@ import pytest
 from robotcore.calibration.calibrated_robot import CalibratedRobot
 from robotcore.calibration.excitation import ExcitationLog
 from robotcore.description import load_robot
-from tests.robotcore.cli.calibrate.robots import DEAD_ENCODER, IMU, OTHER_MOTORS, REVERSED_ENCODER, Changes, write_robot
+from tests.robotcore.cli.calibrate.robots import (
+    DEAD_ENCODER,
+    IMU,
+    OTHER_MOTORS,
+    REVERSED_ENCODER,
+    SLOW_LEFT_MOTOR,
+    Changes,
+    write_robot,
+)
 from tests.robotcore.cli.conftest import Cli
 from tests.texts import CheckText
 
@@ -37,6 +45,7 @@ def test_the_file_is_corrected_to_the_truth(cli: Cli, tmp_path: Path, method: st
     answer = calibrate(cli, own, truth, "--by", method, "--write")
     assert answer.status == 0, answer.err
     assert f"{own} has been corrected." in answer.out
+    assert "later than" not in answer.out
     for name, values in read_motors(truth).items():
         assert read_motors(own)[name] == pytest.approx(values, rel=digits)
     again = calibrate(cli, own, truth, "--by", method)
@@ -60,6 +69,13 @@ def test_a_motor_with_a_lag_beyond_the_limit_is_named_and_nothing_is_written(
     assert (answer.status, answer.json["kind"]) == (1, "parameter-at-limit")
     assert Path(own).read_text() == before
     check_text(answer.err)
+
+
+def test_motors_with_different_lags_are_named(cli: Cli, tmp_path: Path) -> None:
+    answer = calibrate(cli, write_robot(tmp_path, "own"), write_robot(tmp_path, "truth", *SLOW_LEFT_MOTOR))
+    assert "The left wheels follow a command 100 ms later than the right wheels" in answer.out
+    assert "turns to the left when it starts. The manoeuvre straight corrects this by the encoders" in answer.out
+    assert "e-0" not in answer.out
 
 
 def test_a_tape_measure_gives_all_but_the_lag(cli: Cli, tmp_path: Path) -> None:
