@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 
 from robotcore.description import RobotDescription
@@ -95,7 +96,7 @@ def require_commands(recording: Recording, ticks: Sequence[Tick], name: str) -> 
             backend=backend,
         )
     motors = recording.metadata.description.all_of(MotorDescription)
-    fastest = max((each.max_velocity_rad_s for each in motors), default=0.0)
+    fastest = max((each.max_velocity_rad_s for each in motors), default=math.inf)
     if impossible := find_impossible_command(ticks, MAX_COMMAND_SHARE * fastest):
         assert impossible.sent
         raise UsageError(
