@@ -1,6 +1,7 @@
 """Runs searches for `benchmarks.search_speed`, and measures them. It uses the code of the first checkout in the path.
 
-Each line of stdin is a JSON object, and the reply is a JSON array of numbers on a line of stdout.
+The first line of stdout is a JSON array with the file of the package `robotcore`. Each line of stdin is a JSON object,
+and the reply is a JSON array of numbers on a line of stdout.
 """
 
 from __future__ import annotations
@@ -15,6 +16,7 @@ from time import perf_counter, process_time
 
 import cv2
 
+import robotcore
 from robotcore import RunRequest, run
 from robotcore.sweep import LocalEngine, Sweep, run_sweep
 
@@ -22,19 +24,20 @@ APP, BACKEND = "green-search", "kinematic"
 
 
 def measure_run(world: str, seed: int) -> tuple[float]:
-    """Return the simulated seconds of a run for each second of CPU time, with its start."""
+    """Return the simulated seconds of a run for each second of CPU time, with its start; 0 for a run that failed."""
     start = process_time()
     result = run(RunRequest(APP, BACKEND, world=world, seed=seed))
-    return (result.sim_time_s / (process_time() - start),)
+    return (result.sim_time_s / (process_time() - start) if result.verified else 0.0,)
 
 
 def measure_sweep(worlds: Sequence[str], seeds: Sequence[int], jobs: int) -> tuple[float, float]:
-    """Return the number of runs in a minute of a whole sweep, and in a minute of CPU time of all its processes."""
+    """Return the number of successful runs in a minute of a whole sweep, and in a minute of its CPU time."""
     sweep = Sweep(RunRequest(APP), (BACKEND,), tuple(worlds), tuple(seeds))
     start, start_cpu = perf_counter(), _read_cpu_time()
     with tempfile.TemporaryDirectory() as folder:
-        run_sweep(sweep, LocalEngine(jobs), Path(folder))
-    return 60 * len(sweep) / (perf_counter() - start), 60 * len(sweep) / (_read_cpu_time() - start_cpu)
+        results = run_sweep(sweep, LocalEngine(jobs), Path(folder))
+        successes = sum(record.result.verified is True for record in results.records())
+    return 60 * successes / (perf_counter() - start), 60 * successes / (_read_cpu_time() - start_cpu)
 
 
 def _read_cpu_time() -> float:
@@ -46,6 +49,7 @@ def _read_cpu_time() -> float:
 def main() -> None:
     """Reply to each request, until stdin ends."""
     replies, sys.stdout = sys.stdout, sys.stderr  # a sweep may print
+    print(json.dumps([robotcore.__file__]), file=replies, flush=True)
     cv2.setNumThreads(1)
     run(RunRequest(APP, BACKEND, timeout_s=1.0))  # imports libraries
     for line in sys.stdin:

@@ -46,14 +46,24 @@ class Display(Actuator[Image], ABC):
 
 
 class MemoryDisplay(Display):
-    """A display that keeps the newest picture in ``picture``: a copy, unless the picture is read-only."""
+    """A display that keeps the newest picture in ``picture``: a copy, unless no one can change the picture."""
 
     def __init__(self, name: str) -> None:
         super().__init__(name)
         self.picture: Image | None = None
 
     def _apply(self, image: Image) -> None:
-        self.picture = image.copy() if image.flags.writeable else image
+        self.picture = image if _is_constant(image) else image.copy()
+
+
+def _is_constant(image: Image) -> bool:
+    """Return whether an array is read-only, and all arrays of which it is a view."""
+    memory: object = image
+    while isinstance(memory, np.ndarray):
+        if memory.flags.writeable:
+            return False
+        memory = memory.base
+    return memory is None or isinstance(memory, bytes)
 
 
 def check_pictures(_robot: Robot, display: Display) -> None:

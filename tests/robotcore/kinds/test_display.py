@@ -49,3 +49,20 @@ def test_a_display_copies_a_picture_that_may_change() -> None:
     image[:] = 9
     assert display.picture is not None
     assert not display.picture.any()
+
+
+def test_a_display_keeps_a_picture_that_cannot_change_without_a_copy() -> None:
+    display, image = MemoryDisplay("screen"), np.zeros((20, 30), np.uint8)
+    image.flags.writeable = False
+    display.show(image)
+    assert display.picture is image
+
+
+def test_a_display_copies_a_read_only_view_of_a_picture_that_may_change() -> None:
+    display, image = MemoryDisplay("screen"), np.zeros((20, 30), np.uint8)
+    view = image[:]
+    view.flags.writeable = False
+    display.show(view)
+    image[:] = 9
+    assert display.picture is not None
+    assert not display.picture.any()
