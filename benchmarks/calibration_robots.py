@@ -106,7 +106,7 @@ class NoPerson:
     def prepare(self, instruction: str, *, has_question: bool = False) -> NoReturn:
         raise AssertionError(instruction)
 
-    def ask(self, question: str) -> NoReturn:
+    def ask(self, question: str, most: float = 360.0) -> NoReturn:
         raise AssertionError(question)
 
 

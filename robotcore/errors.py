@@ -407,7 +407,10 @@ class StaleSampleError(SafetyStop, TimeoutError):
 
     def __init__(self, device: str, age: float, limit: float) -> None:
         if age >= 0:
-            text = f"is {age:.3f} s old, the limit is {limit:.3f} s. Check that the device is connected"
+            text = (
+                f"is {age:.3f} s old, the limit is {limit:.3f} s. Check that the device is connected. If its samples "
+                "are always that old, raise safety.max_age_s in the robot's description"
+            )
         else:
             text = f"has an age of {age:.3f} s. Let the driver take its time from the robot's clock"
         super().__init__(f"{device}: the newest sample {text}")

@@ -19,6 +19,9 @@ RATE_HZ = 100.0
 REST_S = 0.2
 """The rest before a drive, in seconds."""
 
+MAX_DISTANCE_M = 100.0
+"""The greatest distance that a person can have measured, in metres."""
+
 SPARE_S = 5.0
 """The time limit of a run is this much longer than the plan, in seconds."""
 
@@ -40,8 +43,11 @@ class Person(Protocol):
         has_question: whether `ask` follows after the robot has moved, so that a person must be there.
         """
 
-    def ask(self, question: str) -> float:
-        """Return the number that the person has measured."""
+    def ask(self, question: str, most: float = 360.0) -> float:
+        """Return the number that the person has measured, from -``most`` to ``most``.
+
+        most: the greatest plausible number; by default that of an angle in degrees.
+        """
 
 
 Perform = Callable[[RunRequest, Sequence[Observer]], RunResult]
@@ -130,9 +136,9 @@ class ExcitationRunner:
         if moved := self.read_displacement(observer):
             return moved, excitation
         along = self.person.ask(
-            f"{title}: the distance that the middle of the axle has moved along the line, in metres"
+            f"{title}: the distance that the middle of the axle has moved along the line, in metres", MAX_DISTANCE_M
         )
-        beside = self.person.ask(f"{title}: its distance from the line in metres, positive to the left")
+        beside = self.person.ask(f"{title}: its distance from the line in metres, positive to the left", MAX_DISTANCE_M)
         return Displacement(along if command > 0 else -abs(along), beside), excitation
 
     def read_displacement(self, observer: TruePoseObserver) -> Displacement | None:

@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
+
+from robotcore.errors import CalibrationError
 
 Array = NDArray[np.float64]
 
@@ -20,6 +22,9 @@ TOLERANCE = 1e-9
 
 MAX_DIGITS = 4
 """No value of a robot has more meaningful digits, because batteries, tyres and motors change."""
+
+AT_LIMIT = 1e-6
+"""A parameter is at a limit if it differs from it by less than this share of the distance between its limits."""
 
 DIFFERENCE = 1e-4
 """The step of the numeric derivative, as a share of a parameter's scale."""
@@ -82,6 +87,23 @@ class Fit:
     covariance: Array
     """The covariance of the parameters, with the variance of the residuals as that of the noise."""
     residuals: Array
+    reached: tuple[float | None, ...] = ()
+    """The upper limit at which each parameter has ended; None for a parameter below its limit. Empty without limits."""
+
+    def require_below_limits(self, names: Sequence[str], remedy: str) -> None:
+        """Raise CalibrationError if a parameter is at its upper limit, because the true value is then beyond it.
+
+        names: the keys of the parameters.
+        remedy: an instruction for the user, as a sentence without its full stop.
+        """
+        for name, limit in zip(names, self.reached, strict=True):
+            if limit is not None:
+                raise CalibrationError(
+                    f"{name} is at the limit of the fit, {limit:g}, so that all measured values may be wrong. {remedy}",
+                    kind="parameter-at-limit",
+                    parameter=name,
+                    limit=limit,
+                )
 
     @property
     def estimates(self) -> list[Estimate]:
@@ -117,11 +139,9 @@ def fit_nonlinear(
     scale = np.maximum(np.abs(start), 1e-3 * (upper - lower))
     here, damping = np.clip(start, lower, upper), 1e-3
     now = residuals(here)
+    slope = _differentiate(residuals, here, scale, upper)
     for _ in range(MAX_STEPS):
-        slope = _differentiate(residuals, here, scale, upper)
-        normal = slope.T @ slope
-        step = -np.linalg.pinv(normal + damping * np.diag(np.diag(normal))) @ (slope.T @ now)
-        there = np.clip(here + step, lower, upper)
+        there = _step(here, slope, now, damping, lower, upper)
         then = residuals(there)
         gain = float(now @ now - then @ then)
         if gain <= 0:
@@ -131,11 +151,37 @@ def fit_nonlinear(
             continue
         is_last = gain < TOLERANCE * float(now @ now)
         here, now, damping = there, then, damping / 10
+        slope = _differentiate(residuals, here, scale, upper)
         if is_last:
             break
-    slope = _differentiate(residuals, here, scale, upper)
     inverse = np.asarray(np.linalg.pinv(slope.T @ slope), np.float64)
-    return Fit(here, inverse * _estimate_variance(now, len(here), least_variance), now)
+    is_reached = here >= upper - AT_LIMIT * (upper - lower)
+    reached = tuple(float(limit) if each else None for each, limit in zip(is_reached, upper, strict=True))
+    return Fit(here, inverse * _estimate_variance(now, len(here), least_variance), now, reached)
+
+
+def _step(here: Array, slope: Array, now: Array, damping: float, lower: Array, upper: Array) -> Array:
+    """Return the parameters after a damped Gauss-Newton step within the limits.
+
+    A parameter stays at a limit if the sum of squares falls beyond the limit. A parameter that the step would move
+    beyond a limit is moved to the limit. The step of the others is computed again, because together with the shortened
+    step it may lead uphill.
+    """
+    step, gradient = np.zeros_like(here), slope.T @ now
+    is_free = ~(((here <= lower) & (gradient > 0)) | ((here >= upper) & (gradient < 0)))
+    while is_free.any():
+        part = slope[:, is_free]
+        normal = part.T @ part
+        rest = now + slope[:, ~is_free] @ step[~is_free]
+        step[is_free] = -np.linalg.pinv(normal + damping * np.diag(np.diag(normal))) @ (part.T @ rest)
+        within = np.clip(here + step, lower, upper) - here
+        is_beyond = is_free & (within != step)
+        step = within
+        if not is_beyond.any():
+            break
+        is_free &= ~is_beyond
+    there: Array = here + step
+    return np.clip(there, lower, upper)
 
 
 def _differentiate(residuals: Callable[[Array], Array], here: Array, scale: Array, upper: Array) -> Array:

@@ -12,6 +12,9 @@ from robotcore.cli.output import write_line
 from robotcore.errors import UsageError
 from robotcore.text import escape
 
+MAX_ANSWER = 360.0
+"""The greatest measured number that is plausible: an angle in degrees. A longer distance in metres is not either."""
+
 CHECK_S = 0.1
 """The interval at which a prompt checks whether it must end, in seconds."""
 
@@ -50,12 +53,14 @@ class TerminalPerson:
             text = "standard input was closed before the robot moved. Repeat the command"
             raise UsageError(text, kind="not-confirmed")
 
-    def ask(self, question: str) -> float:
-        """Return the number that the person types. Raises UsageError after Ctrl-D."""
+    def ask(self, question: str, most: float = MAX_ANSWER) -> float:
+        """Return the number that the person types, from -``most`` to ``most``. Raises UsageError after Ctrl-D."""
         while (answer := self.read_line(f"{question}:")) is not None:
-            if math.isfinite(number := _parse_number(answer)):
+            number = _parse_number(answer)
+            if abs(number) <= most:
                 return number
-            write_line(f"{answer!r} is no number. Type a number such as 1.024", is_error=True)
+            problem = "is not plausible" if abs(number) > most else "is no number"
+            write_line(f"{answer!r} {problem}. Type a number such as 1.024, from {-most:g} to {most:g}", is_error=True)
         text = f"standard input was closed before this answer: {question}. Repeat the command"
         raise UsageError(text, kind="no-answer")
 
@@ -85,6 +90,14 @@ class TerminalPerson:
                 return answer.lower()
             write_line(f"{answer!r} is no answer. Type one of: {', '.join(choices)}", is_error=True)
         return None
+
+    def confirm(self, instruction: str) -> bool:
+        """Return whether the person has followed an instruction; False without a terminal, and after Ctrl-D."""
+        while (answer := self.read_line(f"{instruction}. [Enter = ready, s = skip]")) is not None:
+            if answer.lower() in ("", "s"):
+                return not answer
+            write_line(f"{answer!r} is no answer. Press Enter, or type s and press Enter", is_error=True)
+        return False
 
     def read_line(self, prompt: str) -> str | None:
         """Return the line that the person types after a prompt; None without a terminal, and after Ctrl-D."""

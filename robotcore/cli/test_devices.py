@@ -59,8 +59,10 @@ class AnsweringPerson:
     def follow(self, device: str, topic: str, instruction: str) -> bool:
         name = f"{device}.{topic}"
         if (given := self._answers.get(name)) is not None:
+            if given not in ("", "ready", "skip"):
+                raise UnknownNameError(f"answer to {name}", given, ["ready", "skip"])
             return given != "skip"
-        return self._person.read_line(f"{name}: {instruction}. [Enter = ready, s = skip]") == ""
+        return self._person.confirm(f"{name}: {instruction}")
 
 
 def _parse_number(device: str, topic: str, answer: str) -> float:

@@ -25,6 +25,9 @@ MAX_SPEED_M_S = 5.0
 DEFAULT_RATE_HZ = 20.0
 """The rate of a sensor without ``rate_hz``: a sample in each tick of a run without --rate."""
 
+MAX_LOSS = 0.5
+"""A range sensor that loses a greater share of its echoes is doubtful."""
+
 METRES = "Give lengths in metres"
 
 
@@ -61,7 +64,11 @@ def _find_unusable_sensors(robot: RobotDescription) -> Iterator[str]:
                 f"{robot.safety.max_age_s:g} s, so each run stops. {remedy}"
             )
     for sensor in robot.all_of("range_sensor"):
-        silence_s = sensor.latency_s + sensor.echo_free_samples / (sensor.rate_hz or DEFAULT_RATE_HZ)
+        if sensor.loss > MAX_LOSS:
+            yield f"{sensor.name}.loss: it loses more than half of its echoes. Check the sensor and its mount"
+        # A run reads at most one sample in a tick.
+        rate_hz = min(sensor.rate_hz or DEFAULT_RATE_HZ, DEFAULT_RATE_HZ)
+        silence_s = sensor.latency_s + sensor.echo_free_samples / rate_hz
         if sensor.loss and silence_s >= robot.safety.max_age_s:
             yield (
                 f"{sensor.name}.loss: with {sensor.loss:g}, {sensor.echo_free_samples} samples in a row without an "
@@ -70,11 +77,12 @@ def _find_unusable_sensors(robot: RobotDescription) -> Iterator[str]:
                 "sensor that loses fewer echoes"
             )
     for sensor in robot.sensors_ahead:
-        max_range_m: float = getattr(sensor, "max_range_m", math.inf)
-        if robot.safety.stop_distance_m > max_range_m:
+        # A sensor that reads too much returns inf for a body that is nearer than its maximum.
+        farthest_m: float = getattr(sensor, "max_range_m", math.inf) - max(getattr(sensor, "offset_m", 0.0), 0.0)
+        if robot.safety.stop_distance_m > farthest_m:
             yield (
-                f"safety.stop_distance_m: {robot.safety.stop_distance_m:g} m is beyond max_range_m of {sensor.name}, "
-                f"{max_range_m:g} m. Lower it"
+                f"safety.stop_distance_m: {robot.safety.stop_distance_m:g} m is beyond the range of {sensor.name}, "
+                f"{farthest_m:g} m. Lower it"
             )
         nearest_m = sensor.find_nearest_ahead(robot.mounts[sensor.name], robot.body.front_x_m)
         if nearest_m > max(0.0, robot.safety.stop_distance_m - GUARD_MARGIN_M):

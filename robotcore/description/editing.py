@@ -7,6 +7,7 @@ import difflib
 import os
 from collections.abc import Callable, Mapping
 from pathlib import Path
+from shlex import quote
 from typing import Any
 
 from robotcore.description.file_reading import read_limited
@@ -162,6 +163,11 @@ class RobotEditor:
         self._content, self._before = content, self.text
 
     def _refuse(self, error: OSError) -> UsageError:
+        file = Path(self.file)
+        if file.is_symlink():
+            target = os.path.realpath(file)
+            text = f"{self.file} is a symbolic link, which is not replaced. Name its target: --robot {quote(target)}"
+            return UsageError(text, kind="linked-file", file=self.file, target=target)
         text = f"{self.file}: cannot be written: {error.strerror}. Allow it, or name a copy of the file with --robot"
         return UsageError(text, kind="unwritable-file", file=self.file)
 

@@ -46,9 +46,9 @@ class Bound:
         return f"{self.measure}<={self.limit:g}"
 
     def find_problem(self, measures: Mapping[str, float]) -> str:
-        """Return a sentence about a measure above the bound; ``""`` if the measure is within it.
+        """Return a sentence about a measure above the bound, or an unknown one; ``""`` if it is within the bound.
 
-        measures: the measures by their dotted keys.
+        measures: the measures by their dotted keys; NaN for an unknown one.
 
         Raises UsageError if the measure is not known. The sign of a measure has no effect.
         """
@@ -57,6 +57,8 @@ class Bound:
             text = f"--require {self}: this comparison has no measure {self.measure!r}. {hint}"
             raise UsageError(text, kind="unknown-measure", name=self.measure, measures=list(measures))
         value = abs(measures[self.measure])
+        if math.isnan(value):
+            return f"{self.measure} is unknown, because the path is not known up to its end, required {self}"
         return "" if value <= self.limit else f"{self.measure} is {value:.4g}, required {self}"
 
 

@@ -50,8 +50,24 @@ def _list_commands(tick: Tick) -> Iterator[tuple[float, Wheels]]:
     if tick.error or tick.commit_error:
         yield tick.time, STOPPED
     elif tick.sent:
-        # A motor refuses a velocity that is not finite, and stops.
-        yield tick.time, tick.sent if all(map(math.isfinite, tick.sent)) else STOPPED
+        yield tick.time, tick.sent
+
+
+def find_impossible_command(ticks: Sequence[Tick], limit_rad_s: float) -> Tick | None:
+    """Return the first tick whose velocities no robot sends, since they are not finite or above a limit; else None.
+
+    limit_rad_s: the greatest possible velocity of a wheel, in rad/s.
+    """
+    return next(
+        (
+            tick
+            for tick in ticks
+            if tick.sent
+            and not (tick.error or tick.commit_error)
+            and not all(abs(each) <= limit_rad_s for each in tick.sent)
+        ),
+        None,
+    )
 
 
 def list_servo_commands(ticks: Sequence[Tick], servos: frozenset[str]) -> list[ServoCommand]:

@@ -12,9 +12,10 @@ from robotcore.description import Floor, RobotDescription, Start, WorldDescripti
 from robotcore.errors import UsageError
 from robotcore.fidelity.commands import WheelCommand, list_servo_commands
 from robotcore.fidelity.inputs import choose_ticks, load_simulator, require_commands, require_same_drive
-from robotcore.fidelity.measures import Differences, compare
+from robotcore.fidelity.measures import Differences, PathDifference, compare
 from robotcore.fidelity.motor_conversion import MotorConversion, build_conversions
 from robotcore.fidelity.notes import (
+    describe_left_out,
     describe_motors,
     describe_other_robot,
     describe_path,
@@ -36,6 +37,9 @@ AS_RECORDED = "as recorded"
 
 FLOOR_SIDE_M = 10.0
 """The side of the floor without a world, in metres. The ground beyond it is the same."""
+
+MAX_UNKNOWN_S = 0.5
+"""A path is incomplete if its end is unknown for more than this time, in seconds."""
 
 FARTHEST_M = 100.0
 """The greatest coordinate of a start in a world, in metres."""
@@ -87,8 +91,15 @@ class Fidelity:
 
     @cached_property
     def measures(self) -> dict[str, float]:
-        """The known measures of the last simulation by their dotted JSON keys, such as ``path.end_m``."""
-        return dict(_flatten(asdict(self.simulations[-1].differences)))
+        """The measures of the last simulation by their dotted JSON keys, such as ``path.end_m``.
+
+        Those of an incomplete path are NaN.
+        """
+        differences = self.simulations[-1].differences
+        found = dict(_flatten(asdict(differences)))
+        if differences.path and _is_incomplete(differences.path, self.duration_s):
+            return {key: math.nan if key.startswith("path.") else value for key, value in found.items()}
+        return found
 
     def to_dict(self) -> dict[str, Any]:
         """Return the JSON fields. An unknown value is None."""
@@ -107,6 +118,10 @@ class Fidelity:
             "with_robot": differences[1] if len(differences) > 1 else None,
             "notes": list(self.notes),
         }
+
+
+def _is_incomplete(path: PathDifference, duration_s: float) -> bool:
+    return duration_s - path.known_s > MAX_UNKNOWN_S
 
 
 def _flatten(values: Mapping[str, Any], prefix: str = "") -> Iterator[tuple[str, float]]:
@@ -243,6 +258,10 @@ def _list_notes(
     yield from describe_motors(backend, simulations[-1].conversions)
     yield from describe_world(recording, measured, world)
     yield from describe_recording(recording, ticks)
+    yield from describe_left_out(measured)
+    path, duration_s = simulations[-1].differences.path, float(measured.run.times[-1])
+    if path and _is_incomplete(path, duration_s):
+        yield f"the path is known for {path.known_s:.2f} s of {duration_s:.2f} s only, and is compared until then"
     if robot:
         yield from describe_other_robot(recorded, robot, measured)
     if missing := sorted(simulations[0].missing):

@@ -6,15 +6,19 @@ from collections.abc import Sequence
 
 from robotcore.description import RobotDescription
 from robotcore.errors import UsageError
-from robotcore.fidelity.commands import WheelCommand, list_wheel_commands
+from robotcore.fidelity.commands import WheelCommand, find_impossible_command, list_wheel_commands
 from robotcore.hal.backend import Backend, Capability, load_backend, loadable_backends
 from robotcore.hardware import HardwareBackend
+from robotcore.kinds.motor import MotorDescription
 from robotcore.recording import Recording, Tick
 from robotcore.recording.summary import explain_missing_end
 from robotcore.text import pluralize
 
 MAX_DURATION_S = 3600.0
 """The longest part of a recording that is simulated, in seconds."""
+
+MAX_COMMAND_SHARE = 10.0
+"""A recorded command is impossible if it is more than this many times the greatest velocity of the recorded motors."""
 
 SCRIPTED = ("mock", "replay")
 """The backends whose sensors do not depend on the commands."""
@@ -78,7 +82,8 @@ def choose_ticks(recording: Recording, name: str, duration_s: float | None) -> S
 def require_commands(recording: Recording, ticks: Sequence[Tick], name: str) -> list[WheelCommand]:
     """Return the commands to the wheels.
 
-    Raises UsageError if no wheel was commanded to turn, or if the sensors do not depend on the commands.
+    Raises UsageError if no wheel was commanded to turn, if a command is impossible, or if the sensors do not depend on
+    the commands.
     """
     backend = recording.metadata.request.backend
     if backend in SCRIPTED:
@@ -88,6 +93,18 @@ def require_commands(recording: Recording, ticks: Sequence[Tick], name: str) -> 
             kind="recording-of-a-script",
             file=name,
             backend=backend,
+        )
+    motors = recording.metadata.description.all_of(MotorDescription)
+    fastest = max((each.max_velocity_rad_s for each in motors), default=0.0)
+    if impossible := find_impossible_command(ticks, MAX_COMMAND_SHARE * fastest):
+        assert impossible.sent
+        raise UsageError(
+            f"{name}: tick {impossible.number} at {impossible.time:.2f} s sent {impossible.sent.left:.4g} and "
+            f"{impossible.sent.right:.4g} rad/s to the wheels, and the recorded motors reach {fastest:g} rad/s. The "
+            "recording is damaged. Compare the part before this tick with --duration, or name another recording",
+            kind="impossible-command",
+            file=name,
+            tick=impossible.number,
         )
     commands = list_wheel_commands(ticks)
     if recording.metadata.description.drive is None or not any(any(command.wheels) for command in commands):

@@ -60,6 +60,8 @@ class PathDifference:
     """``end_m`` per metre of the recorded path; None for a robot that did not drive."""
     heading_rad_per_m: float | None
     """The absolute value of ``heading_rad`` per metre of the recorded path; None for a robot that did not drive."""
+    known_s: float
+    """The time of the last tick at which both poses are known, in seconds. The end of the path is there."""
 
 
 @dataclass(frozen=True)
@@ -192,6 +194,7 @@ def _compare_paths(recorded: RunData, simulated: RunData) -> PathDifference | No
         heading_rad=float(turn),
         end_m_per_m=end / driven if has_driven else None,
         heading_rad_per_m=abs(float(turn)) / driven if has_driven else None,
+        known_s=float(recorded.times[is_known][-1]),
     )
 
 

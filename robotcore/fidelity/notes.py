@@ -10,6 +10,7 @@ from robotcore.fidelity.recorded_data import PathSource, RecordedData
 from robotcore.recording import Recording, Tick
 from robotcore.recording.run_comparison import build_room
 from robotcore.recording.summary import explain_missing_end
+from robotcore.text import pluralize
 
 MAX_MESSAGE = 120
 """The maximum number of characters of a recorded error in a sentence."""
@@ -32,6 +33,14 @@ def describe_recording(recording: Recording, ticks: Sequence[Tick]) -> Iterator[
         assert failed.error
         text = failed.error.message[:MAX_MESSAGE]
         yield f"an error stopped the wheels at {failed.time:.1f} s, in the simulation too: {text}"
+
+
+def describe_left_out(measured: RecordedData) -> Iterator[str]:
+    """Yield sentences about the impossible samples and poses of a recording."""
+    if measured.lost_poses:
+        yield f"{pluralize(measured.lost_poses, 'impossible true pose')} left out"
+    for name, count in measured.left_out.items():
+        yield f"{pluralize(count, 'impossible sample')} of {name} left out"
 
 
 def describe_path(source: PathSource, robot: RobotDescription | None) -> str:

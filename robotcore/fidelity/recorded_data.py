@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections import Counter
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from enum import Enum
 
@@ -13,6 +14,7 @@ from robotcore.errors import RecordingError
 from robotcore.fidelity.run_data import (
     SIDES,
     AngleSeries,
+    Array,
     PictureSeries,
     RangeSeries,
     RunData,
@@ -28,6 +30,13 @@ from robotcore.recording.summary import build_true_path, is_plausible
 
 MAX_PICTURES = 100
 """The maximum number of pictures of a camera that are compared. They are spread over the run."""
+
+
+MAX_DISTANCE_M = 1000.0
+"""A longer distance, except an infinite one, is no measurement, in metres."""
+
+MAX_ANGLE_RAD = 1e9
+"""A greater angle of an encoder is no measurement, in radians."""
 
 
 class PathSource(str, Enum):
@@ -47,6 +56,10 @@ class RecordedData:
 
     run: RunData
     source: PathSource
+    left_out: Mapping[str, int]
+    """The number of impossible samples that are left out, by the name of the sensor."""
+    lost_poses: int = 0
+    """The number of impossible true poses that are left out."""
 
 
 def read_recorded(recording: Recording, ticks: Sequence[Tick], robot: RobotDescription, start: Pose) -> RecordedData:
@@ -59,18 +72,24 @@ def read_recorded(recording: Recording, ticks: Sequence[Tick], robot: RobotDescr
     times = np.array([tick.time - ticks[0].time for tick in ticks])
     source, poses = _find_poses(recording, ticks, robot, start)
     recorded = recording.metadata.description
-    data = RunData(times, unwrap(poses), _read_angles(recording, ticks, robot))
+    left_out: Counter[str] = Counter()
+    data = RunData(times, unwrap(poses), _read_angles(recording, ticks, robot, left_out))
     fields = list_ray_sensors(recorded)
     cameras = {camera.name: camera.width_px for camera in recorded.all_of("camera")}
     for name, distance_field in fields.items():
-        if series := _read_ranges(recording, ticks, name, distance_field):
+        if series := _read_ranges(recording, ticks, name, distance_field, left_out):
             data.ranges[name] = series
     for name, width_px in cameras.items():
         if pictures := _read_pictures(recording, ticks, name, width_px):
             data.pictures[name] = pictures
     counted = [sample.contacts for sample in recording.truth if sample.tick <= ticks[-1].number]
     data.contacts = counted[-1] if counted else None
-    return RecordedData(data, source)
+    lost = sum(not is_plausible(each.pose) for each in recording.truth if each.tick <= ticks[-1].number)
+    return RecordedData(data, source, left_out, lost)
+
+
+def _are_possible(distances: Array) -> bool:
+    return bool(np.all((distances >= 0) & ((distances <= MAX_DISTANCE_M) | np.isinf(distances))))
 
 
 def _find_poses(
@@ -123,24 +142,34 @@ def _list_encoders(drive: Drive, side: str) -> tuple[str, ...]:
     return drive.left_encoders if side == SIDES[0] else drive.right_encoders
 
 
-def _read_angles(recording: Recording, ticks: Sequence[Tick], robot: RobotDescription) -> dict[str, AngleSeries]:
-    """Return the angles of both sides, from the samples of the encoders, else from those that the odometry read."""
+def _read_angles(
+    recording: Recording, ticks: Sequence[Tick], robot: RobotDescription, left_out: Counter[str]
+) -> dict[str, AngleSeries]:
+    """Return the angles of both sides, from the samples of the encoders, else from those that the odometry read.
+
+    left_out: the counts of impossible samples, to which these are added.
+    """
     recorded = recording.metadata.description
     if not _has_encoders(recording) or recorded.drive is None:
         return {}
     scales = {side: _compute_scale(recorded, robot, side) for side in SIDES}
-    found = {side: _read_encoders(recording, ticks, _list_encoders(recorded.drive, side)) for side in SIDES}
+    found = {side: _read_encoders(recording, ticks, _list_encoders(recorded.drive, side), left_out) for side in SIDES}
     if not all(found.values()):
         found = _read_odometry_angles(ticks)
     return {side: AngleSeries(each.times, each.angles * scales[side]) for side, each in found.items() if each}
 
 
-def _read_encoders(recording: Recording, ticks: Sequence[Tick], names: Sequence[str]) -> AngleSeries | None:
+def _read_encoders(
+    recording: Recording, ticks: Sequence[Tick], names: Sequence[str], left_out: Counter[str]
+) -> AngleSeries | None:
     found: dict[str, list[tuple[float, float]]] = {name: [] for name in names}
     for _, key in _list_new_samples(recording, ticks, names):
         sample = recording.samples[key]
-        if np.isfinite(angle := getattr(sample, "angle", np.nan)):
+        angle = getattr(sample, "angle", np.nan)
+        if abs(angle) <= MAX_ANGLE_RAD:
             found[key.device].append((sample.time - ticks[0].time, angle))
+        else:
+            left_out[key.device] += 1
     if not names or min(map(len, found.values())) < 2:
         return None
     return AngleSeries.mean([AngleSeries(*np.array(sorted(pairs)).T) for pairs in found.values()])
@@ -167,13 +196,17 @@ def _list_new_samples(
                 yield index, key
 
 
-def _read_ranges(recording: Recording, ticks: Sequence[Tick], name: str, distance_field: str) -> RangeSeries | None:
+def _read_ranges(
+    recording: Recording, ticks: Sequence[Tick], name: str, distance_field: str, left_out: Counter[str]
+) -> RangeSeries | None:
     series = RangeSeries()
     for index, key in _list_new_samples(recording, ticks, (name,)):
         sample = recording.samples[key]
         distances = read_distances(sample, distance_field)
-        if not np.isnan(distances).any():
+        if _are_possible(distances):
             series.add(index, distances, sample.time - ticks[0].time)
+        else:
+            left_out[name] += 1
     series.reads = [index for index, tick in enumerate(ticks) if any(read.device == name for read in tick.reads)]
     return series if series.times else None
 

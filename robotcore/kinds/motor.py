@@ -18,6 +18,10 @@ MIN_LAG_S = 1e-4
 """The shortest lag other than 0, in seconds. Simulators have longer time steps, so a shorter lag has no effect."""
 
 
+MAX_DEAD_BAND = 0.9
+"""The greatest dead band, as a share of the greatest velocity. Beyond it, tiny commands would turn the wheel fast."""
+
+
 def _require_measurable_lag(lag: float) -> float:
     if 0 < lag < MIN_LAG_S:
         problem = f"is {lag:g} s, shorter than a simulator's time step"
@@ -59,8 +63,11 @@ class MotorDescription(DeviceDescription):
 
     @model_validator(mode="after")
     def _require_range(self) -> MotorDescription:
-        if self.dead_band_rad_s >= self.max_velocity_rad_s:
-            problem = f"dead_band_rad_s, {self.dead_band_rad_s:g} rad/s, is not below max_velocity_rad_s"
+        if self.dead_band_rad_s > MAX_DEAD_BAND * self.max_velocity_rad_s:
+            problem = (
+                f"dead_band_rad_s, {self.dead_band_rad_s:g} rad/s, is more than {MAX_DEAD_BAND:.0%} of "
+                f"max_velocity_rad_s, {self.max_velocity_rad_s:g} rad/s"
+            )
             raise Mistake(problem, "Correct one of them", kind="dead-band-too-wide")
         return self
 

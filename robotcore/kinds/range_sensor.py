@@ -32,6 +32,10 @@ N is the least number for which the probability that all N echoes were lost is a
 """
 
 
+ALL_LOST = 0.999
+"""The share of lost echoes of a sensor that measures nothing. It limits `RangeSensorDescription.echo_free_samples`."""
+
+
 class RangeSensorDescription(SensorDescription):
     """A sensor that measures the distance to the nearest body in a cone."""
 
@@ -47,8 +51,8 @@ class RangeSensorDescription(SensorDescription):
     """The constant error of the measured distances, in metres. A run compensates it."""
     noise_m: Annotated[float, Field(ge=0, le=1), Ideal(0.0)] = 0.0
     """The standard deviation of the measured distances, in metres."""
-    loss: Annotated[float, Field(ge=0, le=0.5), Ideal(0.0)] = 0.0
-    """The share of measurements without an echo, from 0 to 0.5. Each returns ``inf``, like a body that is too far."""
+    loss: Annotated[float, Field(ge=0, le=1), Ideal(0.0)] = 0.0
+    """The share of measurements without an echo, from 0 to 1. Each returns ``inf``, like a body that is too far."""
 
     @model_validator(mode="after")
     def _ranges_in_order(self) -> RangeSensorDescription:
@@ -65,7 +69,7 @@ class RangeSensorDescription(SensorDescription):
         """
         if not self.loss:
             return 1
-        return math.ceil(math.log(LOST_IN_A_ROW) / math.log(self.loss))
+        return math.ceil(math.log(LOST_IN_A_ROW) / math.log(min(self.loss, ALL_LOST)))
 
     def configure(self, device: RangeSensor) -> None:
         super().configure(device)

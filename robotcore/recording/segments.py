@@ -47,6 +47,8 @@ def locate_segments(path: Path) -> Path:
 
 def has_segments(path: Path) -> bool:
     """Return whether a recording has segments, because it is being written or its process was killed."""
+    if not path.name:  # a folder such as "."
+        return False
     folder = locate_segments(path)
     return folder.is_dir() and not folder.is_symlink()
 

@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
 from dataclasses import dataclass
 from enum import Enum
 
@@ -105,8 +106,9 @@ def _measure_by_encoders(runner: ExcitationRunner) -> list[MotorResult]:
     for side in SIDES:
         for motor, encoder in encoders[side].items():
             times, angles = _read_angles(excitation.log, drive, encoder)
-            response = fit_response(excitation.log.list_steps(side), times, angles)
-            found[motor] = MotorResult(motor, encoder, _fit_curve(motor, response), response)
+            with _name_motors([motor]):
+                response = fit_response(excitation.log.list_steps(side), times, angles)
+                found[motor] = MotorResult(motor, encoder, _fit_curve(response), response)
     return list(found.values())
 
 
@@ -152,9 +154,12 @@ def _measure_by_imu(runner: ExcitationRunner) -> list[MotorResult]:
         sign, motors = (-1, drive.left_motors) if side == "left" else (1, drive.right_motors)
         angles = sign * headings * drive.geometry.track / drive.geometry.wheel_radius
         steps = shorten_rests(excitation.log.list_steps(side), IMU_REST_S)
-        response = fit_response(steps, times, angles, has_drift=True)
+        with _name_motors(motors):
+            response = fit_response(steps, times, angles, has_drift=True)
         _require_forward(side, motors, response, imu.name)
-        results += [MotorResult(motor, imu.name, _fit_curve(motor, response), response) for motor in motors]
+        with _name_motors(motors):
+            curve = _fit_curve(response)
+        results += [MotorResult(motor, imu.name, curve, response) for motor in motors]
     return results
 
 
@@ -168,17 +173,18 @@ def _require_forward(side: str, motors: Sequence[str], response: Response, imu: 
         )
 
 
-def _fit_curve(motor: str, response: Response) -> VelocityCurve:
-    points = [CurvePoint(step.command, velocity) for step, velocity in response.velocities]
-    return fit_curve_of(motor, points)
+def _fit_curve(response: Response) -> VelocityCurve:
+    return fit_velocity_curve([CurvePoint(step.command, velocity) for step, velocity in response.velocities])
 
 
-def fit_curve_of(motor: str, points: Sequence[CurvePoint]) -> VelocityCurve:
-    """Return the curve of a motor. Raises CalibrationError with the motor's name."""
+@contextmanager
+def _name_motors(motors: Sequence[str]) -> Iterator[None]:
+    """Add the names of motors to a CalibrationError."""
     try:
-        return fit_velocity_curve(points)
+        yield
     except CalibrationError as error:
-        raise CalibrationError(f"{motor}: {error}", kind=error.kind, device=motor, **error.fields) from error
+        text = f"{' and '.join(motors)}: {error}"
+        raise CalibrationError(text, kind=error.kind, device=motors[0], **error.fields) from error
 
 
 def _measure_by_tape(runner: ExcitationRunner, distance_m: float) -> list[MotorResult]:

@@ -18,13 +18,17 @@ STARTS_S = ((0.02, 0.0), (0.08, 0.0), (0.3, 0.0))
 """The lags and delays in seconds from which the fit begins."""
 
 MIN_LAG_S, MAX_LAG_S = 1e-3, 3.0
-"""The limits of the lag in seconds. A shorter one cannot be distinguished from none."""
+"""The limits of the lag in seconds. A shorter one cannot be distinguished from none, and counts as none."""
 
 LEAST_DIFFERENCE_S = 0.01
 """The least difference of the lags of both sides that counts, in seconds."""
 
 MAX_DELAY_S = 0.5
 """The greatest delay in seconds."""
+
+MAX_LAG_ERROR, MAX_LAG_ERROR_S = 0.1, 0.05
+"""The greatest standard deviation of the lag: this share of the lag, or these seconds if they are longer. The
+velocities that a wheel with a long lag would reach are as uncertain as the lag."""
 
 Numbers = NDArray[np.int_]
 
@@ -57,7 +61,7 @@ def fit_response(steps: Sequence[CommandStep], times: Array, angles: Array, *, h
     angles: the angles of the wheel, (samples,) in radians.
     has_drift: whether the angle also drifts at a constant rate, as that of a gyroscope does.
 
-    Raises CalibrationError if a step has too few samples.
+    Raises CalibrationError if a step has too few samples, or if the lag or the delay is too long to be measured.
     """
     number: Numbers = np.searchsorted([step.start for step in steps], times, side="right") - 1
     used = (number >= 0) & (times <= steps[-1].end)
@@ -82,9 +86,35 @@ def fit_response(steps: Sequence[CommandStep], times: Array, angles: Array, *, h
     starts = (np.array(each) for each in STARTS_S)
     best = min(starts, key=lambda start: float(np.sum(solve(start).residuals ** 2)))
     timing = fit_nonlinear(lambda parameters: solve(parameters).residuals, best, lower, upper)
+    timing.require_below_limits(
+        ("lag_s", "delay_s"),
+        "Charge the battery, and check that the wheels turn freely and that the sensor measures in time. A motor with "
+        f"a lag above {MAX_LAG_S:g} s or a delay above {MAX_DELAY_S:g} s cannot be measured",
+    )
+    lag = _estimate_lag(timing)
+    if lag.deviation > max(MAX_LAG_ERROR * lag.value, MAX_LAG_ERROR_S):
+        raise CalibrationError(
+            f"the lag is {lag.value:.2f} ± {lag.deviation:.2f} s, which is too uncertain, because the wheel reaches no "
+            "constant velocity. Charge the battery, check that the wheels turn freely, or use a finer encoder",
+            kind="uncertain-lag",
+            lag_s=lag.value,
+            deviation_s=lag.deviation,
+        )
     fit = solve(timing.parameters)
-    (lag, delay), rms = timing.estimates, float(np.sqrt(np.mean(fit.residuals**2)))
-    return Response(tuple(zip(driven, fit.estimates, strict=False)), lag, delay, rms)
+    rms = float(np.sqrt(np.mean(fit.residuals**2)))
+    return Response(tuple(zip(driven, fit.estimates, strict=False)), lag, timing.estimates[1], rms)
+
+
+def _estimate_lag(timing: Fit) -> Estimate:
+    """Return the lag of a fit of the lag and the delay.
+
+    Samples at a low rate show the sum of a short lag and a delay only. As no delay is negative, the lag is at most
+    this sum.
+    """
+    lag, delay = timing.estimates
+    most = lag.value + delay.value + math.sqrt(max(float(timing.covariance.sum()), 0.0))
+    deviation = min(lag.deviation, most)
+    return Estimate(0.0, max(deviation, MIN_LAG_S)) if lag.value <= MIN_LAG_S else Estimate(lag.value, deviation)
 
 
 def find_lag_difference_s(left: Sequence[Response], right: Sequence[Response]) -> float:

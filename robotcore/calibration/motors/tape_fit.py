@@ -28,6 +28,9 @@ LAG_ERROR_S = 0.05
 LAG_DIFFERENCE_S = 0.015
 """The standard deviation of the difference between the lags of two motors, in seconds. They are of one type."""
 
+MAX_DEVIATIONS = 8.0
+"""The greatest root mean square of the displacements' errors, in standard deviations of a measured displacement."""
+
 MIN_WAY_M = 0.02
 """A robot that has moved less than this has not moved, in metres."""
 
@@ -100,7 +103,8 @@ def fit_tape(
     geometry: the wheel radius and the track, which must be right.
     present: the values of the left and the right motor in the robot's file, or of the one motor of both sides.
 
-    Raises CalibrationError if the robot has not moved in a drive.
+    Raises CalibrationError if the robot has not moved in a drive, if a value of a motor is at the limit of the fit, or
+    if the displacements are not those of such motors.
     """
     measured = np.array([each.moved for each in drives])
     if (still := np.abs(measured[:, 0]).min()) < MIN_WAY_M:
@@ -124,8 +128,21 @@ def fit_tape(
     lower = np.tile([0.0, 0.0, 0.0, 1e-3], len(present))
     upper = np.tile([MAX_DEAD_BAND, *(10 * start[1:3]), MAX_LAG_S], len(present))
     fit = fit_nonlinear(compute_errors, start, lower, upper, least_variance=1.0)
+    fit.require_below_limits(
+        [f"{key} of the {side} motor" for side in ("left", "right")[: len(present)] for key in PresentMotor._fields],
+        "Measure the distances again, and check the wheel radius and the track in the robot's file with robotcore "
+        "calibrate drive",
+    )
     ratios = measured[:, 0] / model.predict(fit.parameters)[:, 0]
     errors = model.predict(fit.parameters) - measured
+    if (deviations := math.sqrt(float(np.mean((errors / deviation) ** 2)))) > MAX_DEVIATIONS:
+        raise CalibrationError(
+            f"the distances differ from those of the fit by {math.sqrt(float(np.mean(errors**2))):.3f} m. Measure them "
+            f"again, check that the wheels do not slip, and that lag_s in the robot's file is about right: "
+            f"{', '.join(f'{each:g}' for each in lags)} s",
+            kind="poor-fit",
+            deviations=deviations,
+        )
     explained = 1 - float(np.sum(errors**2)) / float(np.sum(measured**2))
     curves = []
     for wheel, estimates in zip(fit.parameters.reshape(-1, 4), _group(fit.estimates), strict=True):

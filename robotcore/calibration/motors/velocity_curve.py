@@ -63,7 +63,8 @@ class VelocityCurve:
 def fit_velocity_curve(points: Sequence[CurvePoint]) -> VelocityCurve:
     """Return the curve through points of both directions, with one dead band for both.
 
-    Raises CalibrationError if the wheel turns at fewer than `MIN_POINTS` duties of a direction.
+    Raises CalibrationError if the wheel turns at fewer than `MIN_POINTS` duties of a direction, or if the dead band or
+    a velocity is too great to be measured.
     """
     fastest = max((abs(each.velocity.value) for each in points), default=0.0)
     turning = [each for each in points if each.velocity.value * each.command > 0]
@@ -89,6 +90,10 @@ def fit_velocity_curve(points: Sequence[CurvePoint]) -> VelocityCurve:
     lower, upper = np.array([0.0, 0.0, 0.0]), np.array([MAX_DEAD_BAND, *(20 * start[1:])])
     fit = fit_nonlinear(
         lambda parameters: compute_errors(parameters) / deviation, start, lower, upper, least_variance=1.0
+    )
+    fit.require_below_limits(
+        ("dead_band", "forward_rad_s", "backward_rad_s"),
+        "The wheel turns at the greatest duties only. Charge the battery, and check that nothing blocks the wheel",
     )
     errors = compute_errors(fit.parameters)
     means = np.where(is_forward, speed[is_forward].mean(), speed[~is_forward].mean())

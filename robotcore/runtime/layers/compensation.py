@@ -24,6 +24,7 @@ class CompensationLayer(Layer):
 
     def __init__(self, description: RobotDescription) -> None:
         self._motors = {motor.name: motor for motor in description.all_of(MotorDescription) if not motor.is_exact}
+        self._max_age_s = description.safety.max_age_s
         self._range_sensors = {sensor.name: sensor for sensor in description.all_of(RangeSensorDescription)}
 
     def motor(self, motor: MotorOutput) -> MotorOutput:
@@ -48,7 +49,7 @@ class CompensationLayer(Layer):
 
             corrected = ChangedSamples(read, lambda sample: sensor.change_distances(sample, subtract))
         if described.echo_free_samples > 1:
-            corrected = EchoHold(corrected, described.echo_free_samples)
+            corrected = EchoHold(corrected, described.echo_free_samples, self._max_age_s)
         return corrected
 
 
@@ -71,26 +72,33 @@ class EchoHold:
     """Reads a range sensor that loses echoes. A lost echo makes no new sample.
 
     A sample without an echo may be a lost echo. Until enough of them follow each other, the last echo is the newest
-    sample. It ends the run if it gets older than ``max_age_s``: then nothing is known about the space ahead.
+    sample. It ends the run if it gets older than ``max_age_s``: then nothing is known about the space ahead. After a
+    pause without readings, the robot stands, and the sensor begins anew without an echo.
 
     read: reads the sensor.
     echo_free_samples: the number of samples in a row without an echo that show that nothing is in range.
+    max_age_s: the greatest age of a sample, in seconds. A longer time between two readings is a pause.
 
     >>> readings = [Range(0.5, 0.0, 0), Range(math.inf, 0.1, 1), Range(0.4, 0.2, 2), *(
     ...     Range(math.inf, tick / 10, tick) for tick in (3, 4, 5))]
-    >>> read = EchoHold(iter(readings).__next__, echo_free_samples=2)
+    >>> read = EchoHold(iter(readings).__next__, echo_free_samples=2, max_age_s=1.0)
     >>> [read().distance for _ in readings]
     [0.5, 0.5, 0.4, 0.4, inf, inf]
     """
 
-    def __init__(self, read: Reader[Range], echo_free_samples: int) -> None:
-        self._read, self._echo_free_samples = read, echo_free_samples
+    def __init__(self, read: Reader[Range], echo_free_samples: int, max_age_s: float) -> None:
+        self._read, self._echo_free_samples, self._max_age_s = read, echo_free_samples, max_age_s
+        self._last: Range | None = None
         self._echo: Range | None = None
         self._missing: set[int] = set()
         """The sequence numbers of the samples without an echo after the last echo."""
 
     def __call__(self) -> Range:
-        sample = self._read()
+        sample, last = self._read(), self._last
+        self._last = sample
+        if last and self._is_pause(last, sample):
+            self._echo = None
+            self._missing.clear()
         if not math.isinf(sample.distance):
             self._echo = sample
             self._missing.clear()
@@ -101,3 +109,7 @@ class EchoHold:
             self._missing.clear()
             return sample
         return self._echo
+
+    def _is_pause(self, last: Range, sample: Range) -> bool:
+        # The samples of a slow sensor are far apart too, but none is missing between them.
+        return sample.time - last.time > self._max_age_s and sample.sequence - last.sequence > 1

@@ -4,6 +4,8 @@ import numpy as np
 import pytest
 
 from robotcore.calibration.least_squares import Estimate, fit_linear, fit_nonlinear, round_measured
+from robotcore.errors import CalibrationError
+from tests.texts import Raises
 
 X = np.linspace(0.0, 1.0, 400)
 
@@ -43,6 +45,13 @@ def test_a_curve_is_found_from_a_distant_start() -> None:
 def test_parameters_stay_within_their_limits() -> None:
     fit = fit_nonlinear(lambda p: p[0] * X + 1, np.array([1.0]), np.array([0.0]), np.array([2.0]))
     assert fit.parameters == pytest.approx([0.0])
+
+
+def test_a_parameter_at_its_upper_limit_is_an_error(raises: Raises) -> None:
+    fit = fit_nonlinear(lambda p: p[0] * X - 9 * X, np.array([1.0]), np.array([0.0]), np.array([2.0]))
+    assert fit.reached == (2.0,)
+    with raises(CalibrationError, "parameter-at-limit", parameter="gain", limit=2.0):
+        fit.require_below_limits(["gain"], "Measure again")
 
 
 def test_a_value_is_rounded_to_its_meaningful_digits() -> None:

@@ -37,7 +37,7 @@ def turn_wheel(
     """
     times = np.arange(0.0, steps[-1].end, STEP_S)
     velocity = angle = 0.0
-    target, angles, share = 0.0, [], -math.expm1(-STEP_S / lag_s)
+    target, angles, share = 0.0, [], -math.expm1(-STEP_S / lag_s) if lag_s else 1.0
     starts = iter([*steps, None])
     coming = next(starts)
     for time in times:

@@ -10,13 +10,15 @@ from pathlib import Path
 import pytest
 import tomlkit
 
+from robotcore.cli.person import TerminalPerson
+from robotcore.cli.test_devices import AnsweringPerson
 from robotcore.description import read_shipped
-from robotcore.errors import EmergencyStopError
+from robotcore.errors import EmergencyStopError, UnknownNameError
 from tests.robotcore.cli.conftest import Cli
 from tests.robotcore.cli.terminal import Terminal, read_end, wait_for
 from tests.robotcore.cli.terminal import terminal as terminal  # noqa: PLC0414  a fixture
 from tests.robotcore.device_test.miswiring import MISTAKES, build_true_robot, draw_mistakes, find_differences
-from tests.texts import CheckText
+from tests.texts import CheckText, Raises
 
 
 def write(folder: Path, text: str, name: str = "own.toml") -> str:
@@ -138,6 +140,29 @@ def test_a_person_answers_at_the_terminal(terminal: Terminal) -> None:
     assert [finding["kind"] for finding in answer["findings"]] == ["motor-reversed", "encoder-reversed"]
     assert ended == "exited 1"
     assert terminal.is_restored
+
+
+@pytest.mark.parametrize(
+    "answers, is_ready", [(["zzz", "S"], False), (["ready", ""], True), (["s"], False), ([None], False)], ids=str
+)
+def test_only_enter_confirms_an_instruction(
+    answers: list[str | None],
+    is_ready: bool,
+    monkeypatch: pytest.MonkeyPatch,
+    capsys: pytest.CaptureFixture[str],
+) -> None:
+    left = iter(answers)
+    monkeypatch.setattr(TerminalPerson, "read_line", lambda *_: next(left))
+    assert AnsweringPerson(TerminalPerson(), {}).follow("nose", "wall", "Put the robot before a wall") is is_ready
+    assert capsys.readouterr().err.count("is no answer") == len(answers) - 1
+    assert next(left, "no more") == "no more"
+
+
+def test_an_answer_in_advance_confirms_or_skips_an_instruction(raises: Raises) -> None:
+    person = AnsweringPerson(TerminalPerson(), {"nose.wall": "ready", "nose.far": "skip", "nose.near": "zzz"})
+    assert [person.follow("nose", topic, "Put the robot there") for topic in ("wall", "far")] == [True, False]
+    with raises(UnknownNameError, "unknown-answer-to-nose.near", name="zzz"):
+        person.follow("nose", "near", "Put the robot there")
 
 
 @pytest.mark.slow

@@ -21,6 +21,16 @@ HEAD_BYTES = 9
 """The length of a record's head in an MCAP file, in bytes. The head has the record's kind and length."""
 
 
+@pytest.mark.parametrize("name", [".", "..", "/", ""])
+@pytest.mark.parametrize("command", ["info", "fidelity"])
+def test_a_folder_in_place_of_a_recording_is_a_usage_error(
+    cli: Cli, command: str, name: str, check_text: CheckText
+) -> None:
+    answer = cli(command, name, "--json")
+    assert (answer.status, answer.json["kind"]) == (2, "recording-unreadable")
+    check_text(answer.err)
+
+
 @pytest.mark.slow
 def test_same_app_is_bit_equal(cli: Cli, recorded: RecordedRun, check_text: CheckText) -> None:
     answers = cli("replay", str(recorded.file))

@@ -45,15 +45,20 @@ def test_a_sensor_slower_than_the_greatest_age_of_a_sample_is_a_warning(check_te
     check_text("\n".join(find_doubtful_values(ROVER.model_copy(update={"devices": (lidar,)}))))
 
 
-def test_a_sensor_that_loses_many_echoes_for_its_rate_is_a_warning(check_text: CheckText) -> None:
+@pytest.mark.parametrize(
+    "values",
+    [
+        {"loss": 0.2, "rate_hz": 5.0},
+        {"loss": 0.6, "rate_hz": 50.0},
+        {"offset_m": -0.14},
+        {"offset_m": 0.3, "max_range_m": 0.35},
+    ],
+)
+def test_errors_of_a_range_sensor_that_blind_the_range_guard_are_warnings(
+    values: dict[str, float], check_text: CheckText
+) -> None:
     (nose,) = ROVER.all_of("range_sensor")
-    robot = ROVER.model_copy(update={"devices": (nose.model_copy(update={"loss": 0.2, "rate_hz": 5.0}),)})
-    check_text("\n".join(find_doubtful_values(robot)))
-
-
-def test_a_sensor_that_reads_too_little_is_a_warning(check_text: CheckText) -> None:
-    (nose,) = ROVER.all_of("range_sensor")
-    robot = ROVER.model_copy(update={"devices": (nose.model_copy(update={"offset_m": -0.14}),)})
+    robot = ROVER.model_copy(update={"devices": (nose.model_copy(update=values),)})
     check_text("\n".join(find_doubtful_values(robot)))
 
 

@@ -186,6 +186,18 @@ def test_a_file_that_cannot_be_written_is_an_error(file: Path, monkeypatch: pyte
     assert list(file.parent.iterdir()) == [file]
 
 
+def test_a_link_is_refused_with_its_target(file: Path, tmp_path: Path, raises: Raises) -> None:
+    link = tmp_path / "link.toml"
+    link.symlink_to(file.name)
+    editor = RobotEditor(str(link))
+    editor.set_drive(track_m=0.14)
+    with raises(UsageError, "linked-file", file=str(link), target=str(file.resolve())):
+        editor.require_writable()
+    with raises(UsageError, "linked-file"):
+        editor.write()
+    assert link.is_symlink()
+
+
 def test_a_table_is_replaced_and_equal_values_keep_their_format(file: Path) -> None:
     editor = RobotEditor(str(file))
     model = {"dead_band": 0.1, "forward_rad_s": 14.0, "backward_rad_s": 14.0}

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from robotcore.fidelity.commands import integrate, list_servo_commands, list_wheel_commands
+from robotcore.fidelity.commands import find_impossible_command, integrate, list_servo_commands, list_wheel_commands
 from robotcore.geometry import Wheels
 from robotcore.recording import RecordedError, Tick
 from robotcore.recording.events import ActuatorCommand
@@ -58,9 +58,11 @@ def test_an_error_stops_the_wheels(error: dict[str, RecordedError]) -> None:
     assert find_commands(make_tick(0, FORWARD), make_tick(1, FORWARD, **error))[-1] == (0.05, STOPPED)
 
 
-@pytest.mark.parametrize("invalid", [math.nan, math.inf])
-def test_a_motor_refuses_a_velocity_that_is_not_finite_and_stops(invalid: float) -> None:
-    assert find_commands(make_tick(0, FORWARD), make_tick(1, Wheels(1.0, invalid)))[-1] == (0.05, STOPPED)
+@pytest.mark.parametrize("invalid", [math.nan, math.inf, -101.0])
+def test_a_velocity_that_no_robot_sends_is_found(invalid: float) -> None:
+    ticks = [make_tick(0, FORWARD), make_tick(1, Wheels(1.0, invalid))]
+    assert find_impossible_command(ticks, 100.0) is ticks[1]
+    assert find_impossible_command([make_tick(1, Wheels(1.0, invalid), error=BROKEN)], 100.0) is None
 
 
 def test_only_finite_angles_of_servos_are_repeated() -> None:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import asdict, replace
 from pathlib import Path
 from typing import Any, ClassVar
@@ -17,8 +17,8 @@ from robotcore.errors import DescriptionError, UsageError
 from robotcore.fidelity.bounds import Bound, list_missed_bounds
 from robotcore.fidelity.fidelity import Fidelity, measure_fidelity
 from robotcore.fidelity.measures import Differences
-from robotcore.geometry import Pose
-from robotcore.recording import GroundTruthSample, RecordedError, Recording
+from robotcore.geometry import Pose, Wheels
+from robotcore.recording import GroundTruthSample, RecordedError, Recording, SampleKey
 from robotcore.runtime.trace import TickRecord
 from tests.robotcore.fidelity.drives import ROVER, record, write_truth
 from tests.robotcore.recording.replay.memory import Memory, change_tick, record_run
@@ -225,6 +225,48 @@ def with_truth(recording: Recording, change: Callable[[Pose], Pose]) -> Recordin
 def test_poses_that_are_not_finite_do_not_count(recording: Recording) -> None:
     found = measure(with_truth(recording, lambda _: Pose(math.nan, math.inf, 0.0)))
     assert last(found).path.recorded_m < 10  # type: ignore[union-attr]
+
+
+def test_a_path_ends_where_the_truth_ends_and_meets_no_bound(recording: Recording, check_text: CheckText) -> None:
+    truth = [each if each.tick < 20 else replace(each, pose=Pose(math.nan, 0.0, 0.0)) for each in recording.truth]
+    found = measure(replace(recording, truth=truth))
+    path = last(found).path
+    assert path
+    assert path.known_s == pytest.approx(0.95)
+    check_text(found.notes)
+    bounds = [Bound.parse("path.end_m<=9"), Bound.parse("wheels.left.rms_rad_s<=9")]
+    check_text(list_missed_bounds(bounds, found.measures))
+
+
+def with_samples(recording: Recording, keys: Sequence[SampleKey], **changes: float) -> Recording:
+    """Return a recording with changes of these samples."""
+    changed: dict[SampleKey, Any] = {key: recording.samples[key] for key in keys}
+    changed = {key: replace(each, **changes) for key, each in changed.items()}
+    return replace(recording, samples={**recording.samples, **changed})
+
+
+@pytest.mark.parametrize("distance", [math.nan, -5.0, 1e308])
+def test_impossible_distances_are_left_out_with_a_note(recording: Recording, distance: float) -> None:
+    keys = [key for key in recording.samples if key.device == "nose"]
+    found = measure(with_samples(recording, keys[::4], distance=distance))
+    assert last(found).ranges["nose"].p95_m == 0.0
+    assert "impossible samples of nose left out" in " ".join(found.notes)
+
+
+@pytest.mark.parametrize("angle", [math.nan, math.inf, 1e308])
+def test_impossible_angles_of_encoders_are_left_out_with_a_note(recording: Recording, angle: float) -> None:
+    first = next(key for key in recording.samples if key.device == "left_encoder")
+    found = measure(with_samples(recording, [first], angle=angle))
+    assert last(found).wheels["left"].largest_rad_s < 1.0
+    assert "1 impossible sample of left_encoder left out" in found.notes
+
+
+@pytest.mark.parametrize("sent", [math.nan, math.inf, -1e308, 1e6])
+def test_a_recording_with_an_impossible_command_is_refused(recording: Recording, sent: float, raises: Raises) -> None:
+    broken = change_tick(recording, 20, sent=Wheels(sent, 0.0))
+    with raises(UsageError, "impossible-command", tick=20):
+        measure(broken)
+    assert measure(broken, duration_s=0.9).duration_s == pytest.approx(0.9)
 
 
 @pytest.mark.parametrize(

@@ -141,7 +141,9 @@ def test_a_range_sensor_has_its_offset_noise_and_lost_echoes(backend: str) -> No
     assert 40 < lost < 80
 
 
-@pytest.mark.parametrize("loss, samples", [(0.0, 1), (0.0005, 1), (0.02, 2), (0.1, 3), (0.2, 5), (0.5, 10)])
+@pytest.mark.parametrize(
+    "loss, samples", [(0.0, 1), (0.0005, 1), (0.02, 2), (0.1, 3), (0.2, 5), (0.5, 10), (1.0, 6905)]
+)
 def test_the_more_echoes_a_sensor_loses_the_more_samples_show_that_nothing_is_in_range(
     loss: float, samples: int
 ) -> None:
@@ -202,10 +204,15 @@ def test_a_real_robot_cannot_be_ideal(raises: Raises) -> None:
         Plan.resolve(RunRequest("green-search", backend="raspberrypi", ideal=True))
 
 
+def test_a_dead_band_of_nine_tenths_is_valid() -> None:
+    motor = MotorDescription(kind="motor", name="wheel", max_velocity_rad_s=12.0, dead_band_rad_s=10.8)
+    assert motor.respond(motor.compensate(0.5)) == pytest.approx(0.5)
+
+
 @pytest.mark.parametrize(
     "before, after, kind",
     [
-        ("max_velocity_rad_s = 12.0", "max_velocity_rad_s = 12.0\ndead_band_rad_s = 12.0", "dead-band-too-wide"),
+        ("max_velocity_rad_s = 12.0", "max_velocity_rad_s = 12.0\ndead_band_rad_s = 10.9", "dead-band-too-wide"),
         ("width_px = 320", "width_px = 320\ncentre_px = [400, 100]", "centre-outside"),
         ("width_px = 320", "width_px = 320\ndistortion = [-3.0, 0, 0, 0, 0]", "distortion-not-invertible"),
         ("width_px = 320", "width_px = 320\ndistortion = [0.1, 0.2]", "wrong-form"),

@@ -59,15 +59,29 @@ def test_an_unknown_colour_is_refused(raises: Raises) -> None:
         measure_hue([draw(128.0)], "gren", EYE)
 
 
-@pytest.mark.parametrize("sigma", [0.0, 1.0, 4.0])
-def test_noise_is_measured_despite_rounding_and_a_flickering_lamp(sigma: float) -> None:
+def draw_noise(sigma: float, lowest: int = 40, highest: int = 200) -> list[Image]:
+    """Return pictures of a scene with grey levels between two limits, with noise and a flickering lamp."""
     random = np.random.default_rng(1)
-    scene = random.integers(40, 200, (60, 80, 3))
-    pictures = [
+    scene = random.integers(lowest, highest, (60, 80, 3))
+    return [
         np.clip(np.rint(scene + random.normal(0, sigma, scene.shape) + random.normal(0, 1)), 0, 255).astype(np.uint8)
         for _ in range(20)
     ]
-    assert measure_noise(pictures) == pytest.approx(sigma, abs=0.3 if sigma == 0 else 0.05)
+
+
+@pytest.mark.parametrize("sigma", [0.0, 1.0, 4.0])
+def test_noise_is_measured_despite_rounding_and_a_flickering_lamp(sigma: float) -> None:
+    assert measure_noise(draw_noise(sigma)) == pytest.approx(sigma, abs=0.3 if sigma == 0 else 0.05)
+
+
+@pytest.mark.parametrize("sigma", [16.0, 32.0])
+def test_strong_noise_is_measured_by_the_pixels_that_are_far_from_black_and_white(sigma: float) -> None:
+    assert measure_noise(draw_noise(sigma, 0, 256)) == pytest.approx(sigma, rel=0.02)
+
+
+def test_noise_that_black_and_white_cut_off_is_refused(raises: Raises) -> None:
+    with raises(CalibrationError, "noise-too-strong"):
+        measure_noise(draw_noise(64.0))
 
 
 def test_too_few_or_black_pictures_give_no_noise(raises: Raises) -> None:

@@ -27,6 +27,39 @@ def test_the_lag_the_delay_and_each_velocity_are_found(lag: float, delay: float)
         assert velocity.value == pytest.approx(MODEL.velocity(step.command), rel=0.002), step
 
 
+@pytest.mark.parametrize("lag", [0.0, 0.0002, 0.001, 0.005, 0.05, 0.3, 2.9])
+@pytest.mark.parametrize("period_s, edges", [(0.01, 0), (0.01, 3840), (0.05, 3840)])
+def test_any_lag_is_found_without_a_delay(lag: float, period_s: float, edges: int) -> None:
+    steps = list_steps(LEVELS[::2])
+    times, angles = turn_wheel(steps, MODEL, lag, 0.0, math.tau / edges if edges else 0.0, period_s)
+    response = fit_response(steps, times, angles)
+    assert response.lag.value == pytest.approx(lag, rel=0.02, abs=0.0012 if period_s < 0.05 else 0.005)
+    assert abs(response.lag.value - lag) < max(4 * response.lag.deviation, 0.002)
+    assert response.velocities[0][1].value == pytest.approx(12.8, rel=0.02)
+
+
+def test_a_lag_that_a_slow_sensor_cannot_separate_from_a_delay_is_at_most_their_sum() -> None:
+    steps = list_steps(LEVELS)
+    response = fit_response(steps, *turn_wheel(steps, MODEL, 0.001, 0.012, math.tau / 80, 0.05))
+    assert response.lag.value + response.delay.value == pytest.approx(0.013, abs=0.002)
+    assert 0.001 < response.lag.deviation < 0.02
+
+
+@pytest.mark.parametrize("lag, delay, parameter, limit", [(5.0, 0.0, "lag_s", 3.0), (0.05, 0.6, "delay_s", 0.5)])
+def test_a_response_that_is_too_slow_is_an_error(
+    lag: float, delay: float, parameter: str, limit: float, raises: Raises
+) -> None:
+    steps = list_steps((1.0, 0.6, 0.3), rest_s=1.0)
+    with raises(CalibrationError, "parameter-at-limit", parameter=parameter, limit=limit):
+        fit_response(steps, *turn_wheel(steps, MODEL, lag, delay))
+
+
+def test_a_long_lag_by_a_coarse_encoder_is_an_error(raises: Raises) -> None:
+    steps = list_steps(LEVELS)
+    with raises(CalibrationError, "uncertain-lag", hide=["2.49", "0.66"]):
+        fit_response(steps, *turn_wheel(steps, MODEL, 2.9, 0.0, math.tau / 80))
+
+
 @pytest.mark.parametrize("edges", [3840, 80, 40])
 def test_all_properties_are_found_by_a_coarse_encoder_too(edges: int) -> None:
     steps = list_steps(LEVELS)

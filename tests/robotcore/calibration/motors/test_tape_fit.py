@@ -59,6 +59,20 @@ def test_one_motor_of_both_wheels_is_found() -> None:
     assert curve.forward.value == pytest.approx(13.0, rel=0.002)
 
 
+def test_a_velocity_far_beyond_that_of_the_file_is_an_error(raises: Raises) -> None:
+    slow = PresentMotor(0.1, 1.0, 1.0, 0.05)
+    drives = [drive(*each, (0.05, 0.05)) for each in PLAN]
+    with raises(CalibrationError, "parameter-at-limit", parameter="forward_rad_s of the left motor", limit=10.0):
+        fit_tape(drives, GEOMETRY, [slow, slow])
+
+
+def test_distances_of_no_motor_are_an_error(raises: Raises) -> None:
+    drives = [drive(*each, (0.05, 0.05)) for each in PLAN]
+    drives[2] = drives[2]._replace(moved=Displacement(2 * drives[2].moved.forward_m, drives[2].moved.left_m))
+    with raises(CalibrationError, "poor-fit", hide=["0.290"]):
+        fit_tape(drives, GEOMETRY, [PRESENT, PRESENT])
+
+
 def test_a_robot_that_does_not_move_is_an_error(raises: Raises) -> None:
     still = [each._replace(moved=Displacement(0.004, 0.0)) for each in [drive(*PLAN[0], (0.05, 0.05))]]
     with raises(CalibrationError, "no-motion"):

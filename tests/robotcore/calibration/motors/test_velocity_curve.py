@@ -38,6 +38,12 @@ def test_a_wheel_that_turns_in_one_direction_only_is_an_error(direction: str, ra
         fit_velocity_curve([each for each in list_points() if each.command * sign > 0])
 
 
+def test_a_dead_band_beyond_the_limit_of_the_fit_is_an_error(raises: Raises) -> None:
+    model = MotorModel(dead_band=0.95, forward_rad_s=10.0, backward_rad_s=12.0)
+    with raises(CalibrationError, "parameter-at-limit", parameter="dead_band", limit=0.9):
+        fit_velocity_curve(list_points(model, (1.0, 0.98, 0.96)))
+
+
 def test_velocities_that_do_not_grow_with_the_duty_do_not_fit() -> None:
     blocked = [
         CurvePoint(each.command, Estimate(3.0 if each.command > 0.5 else each.velocity.value, 0.01))

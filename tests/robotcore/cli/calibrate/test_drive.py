@@ -167,3 +167,12 @@ def test_without_a_person_who_measures_a_real_robot_does_not_move(
     answer = calibrate(cli, "rover", *more)
     assert (answer.status, real_robot) == (2, [])
     check_text(answer.err)
+
+
+def test_a_person_is_asked_again_after_an_impossible_answer(
+    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str], check_text: CheckText
+) -> None:
+    answers = iter(["1e308", "-101", "nan", "one", "1,5"])
+    monkeypatch.setattr(TerminalPerson, "read_line", lambda *_: next(answers))
+    assert TerminalPerson().ask("the distance in metres", 100.0) == 1.5
+    check_text(capsys.readouterr().err)

@@ -52,6 +52,25 @@ def test_the_file_is_corrected_to_the_truth(cli: Cli, tmp_path: Path, method: st
     assert "There is nothing to correct." in again.out
 
 
+def test_wheels_without_a_lag_are_measured(cli: Cli, tmp_path: Path) -> None:
+    own, truth = write_robot(tmp_path, "own"), write_robot(tmp_path, "truth", ("lag_s = 0.05", "lag_s = 0.0"))
+    assert calibrate(cli, own, truth, "--write").status == 0
+    assert {motor: values[1:] for motor, values in read_motors(own).items()} == {
+        motor: pytest.approx(values[1:], rel=0.001, abs=0.002) for motor, values in read_motors(truth).items()
+    }
+
+
+def test_a_motor_with_a_lag_beyond_the_limit_is_named_and_nothing_is_written(
+    cli: Cli, tmp_path: Path, check_text: CheckText
+) -> None:
+    own, truth = write_robot(tmp_path, "own"), write_robot(tmp_path, "truth", ("lag_s = 0.05", "lag_s = 5.0"))
+    before = Path(own).read_text()
+    answer = calibrate(cli, own, truth, "--write", "--json")
+    assert (answer.status, answer.json["kind"]) == (1, "parameter-at-limit")
+    assert Path(own).read_text() == before
+    check_text(answer.err)
+
+
 def test_motors_with_different_lags_are_named(cli: Cli, tmp_path: Path) -> None:
     answer = calibrate(cli, write_robot(tmp_path, "own"), write_robot(tmp_path, "truth", *SLOW_LEFT_MOTOR))
     assert "The left wheels follow a command 100 ms later than the right wheels" in answer.out

@@ -125,9 +125,16 @@ def test_a_sensor_that_has_received_no_echo_returns_its_samples() -> None:
     assert read_each(math.inf, math.inf, 0.5) == [math.inf, math.inf, 0.5]
 
 
-@pytest.mark.parametrize("changes", [{"period": 0.5}, {"latency_s": 0.6}])
+@pytest.mark.parametrize("changes", [{"period": 1.5}, {"latency_s": 0.6}])
 def test_a_lost_echo_of_a_slow_or_late_sensor_does_not_free_the_way(changes: dict[str, float]) -> None:
     assert read_each(0.5, *[math.inf] * 4, loss=0.3, **changes) == [0.5] * 5
+
+
+def test_after_a_pause_without_readings_no_old_echo_is_returned() -> None:
+    layer = CompensationLayer(describe(nose={"loss": 0.2}))
+    samples = [Range(0.5, 0.0, 0), Range(math.inf, 1.5, 30), Range(0.4, 1.55, 31), Range(math.inf, 1.6, 32)]
+    read = layer.sensor(NullRange(SteppedClock(20, lambda steps: None)), iter(samples).__next__)
+    assert [read().time for _ in samples] == [0.0, 1.5, 1.55, 1.55]
 
 
 def test_samples_of_a_recording_are_compensated_already() -> None:
