@@ -25,8 +25,12 @@ def build_runner(session: RobotSession) -> ExcitationRunner:
 
     session.backend.require_installed()
     robot = CalibratedRobot.load(session.robot, session.backend, session.options)
-    session.note_simulated_file()
-    return ExcitationRunner(robot, perform_run, session.person, session.world, session.seed)
+
+    def perform(request: RunRequest, observers: Sequence[Observer]) -> RunResult:
+        session.note_simulated_file()
+        return perform_run(request, observers)
+
+    return ExcitationRunner(robot, perform, session.person, session.world, session.seed)
 
 
 def perform_run(request: RunRequest, observers: Sequence[Observer]) -> RunResult:
