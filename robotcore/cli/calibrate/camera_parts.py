@@ -15,7 +15,7 @@ from robotcore.errors import CalibrationError
 
 if TYPE_CHECKING:
     from robotcore.calibration.camera.board import Board, ViewSelection
-    from robotcore.calibration.camera.light import HueFit
+    from robotcore.calibration.camera.object_colour import HueFit
     from robotcore.cli.robot_session import RobotSession
     from robotcore.interactive.live_robot import LiveRobot
     from robotcore.kinds.camera import Camera, CameraDescription
@@ -84,8 +84,8 @@ class CameraParts:
 
     def measure_noise(self, live: LiveRobot, device: Camera) -> None:
         """Measure the noise of the pixels, while the robot stands."""
-        from robotcore.calibration.camera.light import measure_noise
         from robotcore.calibration.camera.measuring import take_pictures
+        from robotcore.calibration.camera.pixel_noise import measure_noise
 
         noise = round(measure_noise(live.run(take_pictures(device, PICTURES))), 2)
         self._session.change_device(self.camera, noise_levels=noise)
@@ -96,8 +96,8 @@ class CameraParts:
 
         colour: about which colour it has, by name or in degrees.
         """
-        from robotcore.calibration.camera.light import measure_hue
         from robotcore.calibration.camera.measuring import take_pictures
+        from robotcore.calibration.camera.object_colour import measure_hue
 
         fit = measure_hue(live.run(take_pictures(device, PICTURES)), colour, device.intrinsics)
         values = {**asdict(fit), "hues": fit.hues, "saturations": fit.saturations, "values": fit.values}
