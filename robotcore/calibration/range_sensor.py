@@ -40,7 +40,7 @@ MAX_ERROR_M = 0.03
 MIN_SPAN_M = 0.5
 """A scale is fitted if the distances have at least this span, in metres."""
 
-SIGNIFICANT = 3.0
+SCALE_DEVIATIONS = 3.0
 """A scale is significant from this many standard deviations on."""
 
 TAPE_M = 0.002
@@ -191,7 +191,7 @@ def _fit_line(distances: Array, errors: Array) -> tuple[float, float, Array, flo
         scale = float(away @ errors) / float(away @ away)
         rest = errors - offset - scale * away
         noise = max(math.sqrt(float(rest @ rest) / (count - 2)), TAPE_M)
-        if abs(scale) > SIGNIFICANT * noise / math.sqrt(float(away @ away)):
+        if abs(scale) > SCALE_DEVIATIONS * noise / math.sqrt(float(away @ away)):
             middle = float(distances.mean())
             deviation = noise * math.sqrt(1 / count + middle**2 / float(away @ away))
             return offset - scale * middle, scale, rest, deviation

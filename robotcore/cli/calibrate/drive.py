@@ -60,7 +60,7 @@ def command(straight_by: str, turns_by: str | None, distance_m: float, turns: in
     corrections = list_drive_corrections(result, runner.drive)
     apply_corrections(session.changes, corrections)
     session.charts += build_drive_charts(result, runner.drive)
-    answer = {"robot": session.robot, **_to_dict(result), "corrections": [each.to_dict() for each in corrections]}
+    answer = {**_to_dict(result), "corrections": [each.to_dict() for each in corrections]}
     return session.finish("The drive", answer, partial(_write_result, result, corrections, runner.drive))
 
 

@@ -60,7 +60,6 @@ def command(method: str | None, distance_m: float, **values: Any) -> int:
     apply_corrections(session.changes, corrections)
     session.charts += build_motor_charts(results, robot.models)
     answer = {
-        "robot": session.robot,
         "method": chosen.value,
         "motors": {each.motor: _to_dict(each) for each in results},
         "corrections": [each.to_dict() for each in corrections],

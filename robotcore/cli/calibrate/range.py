@@ -34,7 +34,7 @@ NEAR_M = 0.25
 MIN_M, MAX_M = 0.01, 19.9
 """The limits of a distance from the wall, in metres."""
 
-SIGNIFICANT = 2.0
+OFFSET_DEVIATIONS = 2.0
 """A change of the offset is written if it is this many times its standard deviation."""
 
 
@@ -185,7 +185,7 @@ def _apply(session: RobotSession, sensor: RangeSensorDescription, fit: RangeFit)
     from robotcore.calibration.range_sensor import build_description_values
 
     values, notes = build_description_values(fit), []
-    if abs(fit.offset_m) > SIGNIFICANT * fit.offset_deviation_m:
+    if abs(fit.offset_m) > OFFSET_DEVIATIONS * fit.offset_deviation_m:
         values["offset_m"] = round(sensor.offset_m + fit.offset_m, 4)  # a run subtracts the described offset already
     if fit.max_range_m is not None and fit.max_range_m < sensor.max_range_m:
         notes.append(
