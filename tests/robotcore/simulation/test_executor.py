@@ -22,6 +22,15 @@ def executor() -> Iterator[SerialExecutor]:
     executor.close()
 
 
+@pytest.fixture
+def _has_sigint() -> Iterator[None]:
+    # A shell starts a job in the background with SIGINT ignored.
+    before = signal.signal(signal.SIGINT, signal.default_int_handler)
+    yield
+    signal.signal(signal.SIGINT, before)
+
+
+@pytest.mark.usefixtures("_has_sigint")
 def test_signal_interrupts_the_caller_and_the_next_task_waits_for_the_first(executor: SerialExecutor) -> None:
     done: list[str] = []
 
