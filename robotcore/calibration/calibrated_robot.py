@@ -77,7 +77,7 @@ class CalibratedRobot:
 
     @property
     def is_simulated(self) -> bool:
-        """Whether the backend is a simulator that knows the true pose of the robot."""
+        """Whether the backend is a simulator that has the true pose of the robot."""
         return Capability.POSE in self.backend.capabilities
 
     @property
@@ -102,7 +102,7 @@ class CalibratedRobot:
     def open_file(self, *, takes_duties: bool, kinds: Collection[str] = EXCITATION_KINDS) -> Iterator[str]:
         """Yield the path of a temporary file of the robot, with which an excitation runs.
 
-        It has neither sensors that look ahead nor limits of the acceleration, so that no rule changes a command.
+        It has only devices of the given kinds. With ``takes_duties``, no rule changes a command.
 
         takes_duties: whether the velocity `FULL_RAD_S` is the duty 1 of a motor with a model, without a dead band and
             without velocity control. Otherwise the motors and the limits stay as they are.

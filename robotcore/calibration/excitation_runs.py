@@ -27,9 +27,10 @@ SPARE_S = 5.0
 
 
 class Displacement(NamedTuple):
-    """The distance from the place of a robot before a drive to that after it, in the direction that it faced before."""
+    """The displacement of a robot by a drive, in its frame before the drive."""
 
     forward_m: float
+    """The distance forward, in metres; negative backward."""
     left_m: float
     """The distance to the left, in metres; negative to the right."""
 
