@@ -67,7 +67,7 @@ class RobotChanges:
         self._reason = reason
 
     def finish(self, backend: Backend) -> None:
-        """Write the file, if the user wants it. The backend checks the new content first. A second call does nothing.
+        """Write the file, if the user wants it. The backend checks the new content first.
 
         Raises DescriptionError if the new content has mistakes, and UsageError if the file cannot be written.
         """
@@ -81,7 +81,7 @@ class RobotChanges:
         self._reason = refused
         if self._is_writing and not self._reason:
             self._reason = "it could not be written"
-            self._editor.write(backend.check)
+            self._editor.write()
             self._reason, self.is_written = "", True
 
     def to_dict(self) -> dict[str, Any]:
