@@ -195,6 +195,7 @@ class Connection:
         """Stop the simulation, and return when it has stopped."""
         self.call(requests.STOP)
         self.await_condition(lambda: not self.server.is_running, "the simulation has not stopped")
+        self.call(requests.CLOCK)  # the newest answer may be from before the stop, and the header of its message later
 
     def await_condition(self, condition: Callable[[], bool], problem: str) -> None:
         """Send requests until a condition is true. Raises ServerTimeoutError after the time limit of a request.
