@@ -11,9 +11,7 @@ from collections.abc import Callable, Iterator
 from functools import partial
 
 from robotcore.hal.check_finding import Check, Finding
-
-MIN_PYTHON, MAX_PYTHON = (3, 10), (3, 13)
-"""The oldest and the newest version of Python with which robotcore is tested."""
+from robotcore.python_versions import MAX_PYTHON, MIN_PYTHON
 
 
 def check_python() -> Iterator[Finding]:
