@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import ast
 import os
+import platform
 import re
 import subprocess
 import sys
@@ -36,7 +37,7 @@ def test_an_old_python_gets_one_line(
     monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str], check_text: CheckText
 ) -> None:
     monkeypatch.setattr(sys, "version_info", (3, 9, 2, "final", 0))
-    monkeypatch.setattr(python_versions.platform, "python_version", lambda: "3.9.2")
+    monkeypatch.setattr(platform, "python_version", lambda: "3.9.2")
     with pytest.raises(SystemExit) as ending:
         python_versions.require_supported_python()
     assert ending.value.code == 2
