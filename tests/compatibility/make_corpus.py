@@ -60,7 +60,7 @@ def main() -> int:
     parser.add_argument("version", help="the version of this robotcore, such as 0.2.0")
     version = parser.parse_args().version
     folder = HERE / version
-    if version != read_version():
+    if version != read_version().partition("rc")[0]:
         sys.exit(
             f"this is robotcore {read_version()}, not {version}. Set the version in pyproject.toml, and install it"
         )
