@@ -3,7 +3,6 @@
 Python 3.6 and newer can parse this module and ``robotcore/__init__.py``, which is imported first.
 """
 
-import platform
 import sys
 
 MIN_PYTHON, MAX_PYTHON = (3, 10), (3, 13)
@@ -22,7 +21,7 @@ def require_supported_python() -> None:
         oldest = ".".join(map(str, MIN_PYTHON))
         sys.stderr.write(
             f"error: robotcore needs Python {oldest} or newer, and {sys.executable} is Python "
-            f"{platform.python_version()}. Install a newer Python, and make an environment with it: "
+            f"{sys.version.split()[0]}. Install a newer Python, and make an environment with it: "
             f"python{oldest} -m venv .venv\n"
         )
         sys.exit(USAGE_STATUS)

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import ast
 import os
-import platform
 import re
 import subprocess
 import sys
@@ -37,7 +36,7 @@ def test_an_old_python_gets_one_line(
     monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str], check_text: CheckText
 ) -> None:
     monkeypatch.setattr(sys, "version_info", (3, 9, 2, "final", 0))
-    monkeypatch.setattr(platform, "python_version", lambda: "3.9.2")
+    monkeypatch.setattr(sys, "version", "3.9.2 (main)")
     with pytest.raises(SystemExit) as ending:
         python_versions.require_supported_python()
     assert ending.value.code == 2
