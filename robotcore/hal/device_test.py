@@ -15,6 +15,20 @@ from robotcore.hal.check_finding import Finding
 from robotcore.hal.robot import Robot
 from robotcore.hal.simulation_state import SimulationState
 
+__all__ = [
+    "AT_OTHER_ANGLES",
+    "FLIPPED_HORIZONTALLY",
+    "FLIPPED_VERTICALLY",
+    "INVERTED",
+    "IN_OTHER_ORDER",
+    "RED_AND_BLUE_SWAPPED",
+    "REVERSED",
+    "ROTATED_180",
+    "YES_OR_NO",
+    "DeviceTest",
+    "Question",
+]
+
 T = TypeVar("T")
 
 REVERSED = "reversed"
