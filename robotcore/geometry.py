@@ -132,7 +132,14 @@ def to_number(value: object) -> float:
 
 
 class Wheels(NamedTuple):
-    """A velocity in rad/s, or an angle in rad, for each of the two driven wheels."""
+    """A velocity in rad/s, or an angle in rad, for each of the two driven wheels.
+
+    >>> wheels = Wheels(left=2.0, right=3.0)
+    >>> wheels.right > wheels.left  # the robot turns to the left
+    True
+    >>> wheels
+    Wheels(left=2, right=3)
+    """
 
     left: float
     right: float

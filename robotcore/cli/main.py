@@ -17,7 +17,7 @@ from robotcore.cli.command_classes import LazyGroup
 from robotcore.cli.output import write_error, write_failure, write_line, write_lines, write_usage_error
 from robotcore.errors import Interrupted, RobotcoreError
 
-__all__ = ["main", "run_app"]
+__all__ = ["execute", "run_app"]
 
 SIGNAL_BASE = 128
 """The exit status of a process that signal n ended is this plus n."""
@@ -83,6 +83,9 @@ def run_app(name: str) -> NoReturn:
     """Run an app with this process's arguments, as ``robotcore run NAME`` does, and exit.
 
     An app's file calls this function, so that ``python FILE`` runs the app.
+
+    >>> if __name__ == "__main__":  # the last lines of an app's file
+    ...     run_app(__file__)
     """
     _exit(execute(["run", name, *sys.argv[1:]]))
 

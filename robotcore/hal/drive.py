@@ -103,7 +103,11 @@ class DifferentialDrive:
 
 
 class WheelPath(NamedTuple):
-    """The angles of the two wheels, and how the wheels came to them since the last reading."""
+    """The angles of the two wheels, and how the wheels came to them since the last reading.
+
+    >>> WheelPath(Wheels(left=1.0, right=3.0), between=(Wheels(1.0, 1.0),)).angles.right
+    3.0
+    """
 
     angles: Wheels
     """The present angles in radians."""

@@ -28,12 +28,21 @@ DeviceT = TypeVar("DeviceT", bound=Device)
 
 
 class Role(str, Enum):
-    """A part of a robot that an app can require without the name of a device."""
+    """A part of a robot that an app can require without the name of a device.
+
+    >>> needs = {Role.DRIVE, Role.RANGE}  # of an app
+    >>> Role.RANGE.kind  # its first device fills the role
+    'range_sensor'
+    """
 
     DRIVE = "drive"
+    """The two wheels that move the robot: ``robot.drive``."""
     CAMERA = "camera"
+    """The first camera: ``robot.camera``."""
     RANGE = "range"
+    """The first range sensor: ``robot.range``."""
     DISPLAY = "display"
+    """The first display: ``robot.display``."""
 
     def __iter__(self) -> NoReturn:
         raise TypeError(f"Role.{self.name} is one role, and not a set. Write {{Role.{self.name}}}")

@@ -137,6 +137,19 @@ class PolledRangeSensor(RangeSensor):
     """A range sensor that returns the newest sample of a `RangeSampler`.
 
     A subclass starts its hardware in `_start`, and registers in ``_opened`` what stops the hardware.
+
+    >>> from robotcore.description import load_robot
+    >>> class Sonar(PolledRangeSensor):
+    ...     def _start(self):
+    ...         self._opened.callback(print, "the hardware has stopped")
+    ...         self._take_first(lambda: self._sampler.add_distance(0.5, time=0.1), wait=lambda: None, cycles=3)
+    >>> nose = load_robot("rover").first_of("range_sensor")
+    >>> sonar = Sonar(nose, RangeSampler(nose, echo_free_cycles=2))
+    >>> sonar.open()
+    >>> sonar.read()
+    Range 0.50 m at 0.10 s
+    >>> sonar.close()
+    the hardware has stopped
     """
 
     def __init__(self, description: RangeSensorDescription, sampler: RangeSampler) -> None:

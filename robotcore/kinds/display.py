@@ -17,13 +17,24 @@ __all__ = ["KIND", "Display", "DisplayDescription"]
 
 
 class DisplayDescription(DeviceDescription):
-    """A display that shows the pictures of an app."""
+    """A display that shows the pictures of an app.
+
+    >>> DisplayDescription(kind="display", name="screen")
+    DisplayDescription(kind='display', name='screen')
+    """
 
     kind: Literal["display"]
 
 
 class Display(Actuator[Image], ABC):
-    """A device that shows the pictures of an app."""
+    """A device that shows the pictures of an app. An app shows on the first display by ``robot.display.show``.
+
+    >>> from robotcore.testing import MockRobot
+    >>> mock = MockRobot("rover")
+    >>> mock.layered.display.show(np.zeros((120, 160, 3), np.uint8))
+    >>> [picture.shape for picture in mock.pictures]
+    [(120, 160, 3)]
+    """
 
     kind = "display"
 
@@ -80,3 +91,4 @@ KIND = Kind(
     rules=(check_pictures,),
     is_optional=True,
 )
+"""The kind `display`, which the entry point of this name refers to."""

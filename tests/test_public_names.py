@@ -1,0 +1,191 @@
+"""Each public name has a docstring, and each public class and function has an example that `test_examples.py` runs.
+
+An exception may have the example of its base. A constant has a sentence below its assignment.
+"""
+
+from __future__ import annotations
+
+import ast
+import doctest
+import inspect
+import runpy
+from functools import cache
+from importlib import import_module
+from pathlib import Path
+from types import ModuleType
+from typing import Any
+
+import pytest
+
+ROOT = Path(__file__).resolve().parents[1]
+PUBLIC_MODULES: dict[str, list[str]] = runpy.run_path(str(ROOT / "docs" / "site" / "public_modules.py"))[
+    "PUBLIC_MODULES"
+]
+MODULES = [module for modules in PUBLIC_MODULES.values() for module in modules]
+
+
+def list_public_names(module: str) -> list[str]:
+    """Return the names in a module's ``__all__``; without it, those that the module defines without an underscore."""
+    loaded = import_module(module)
+    names: list[str] = getattr(loaded, "__all__", None) or _list_definitions(module)
+    return names
+
+
+def find_mistake(module: str, name: str) -> str:
+    """Return what a public name lacks; ``""`` if it lacks nothing."""
+    value = getattr(import_module(module), name)
+    if isinstance(value, ModuleType):
+        return "" if value.__doc__ else "a docstring"
+    if _is_ours(value) and (inspect.isclass(value) or inspect.isroutine(value) or hasattr(value, "__wrapped__")):
+        return _find_lack(value)
+    return "" if _is_documented(module, name) else "a sentence below its assignment"
+
+
+def _find_lack(value: Any) -> str:
+    own = vars(value).get("__doc__") if inspect.isclass(value) else value.__doc__
+    if not own:
+        return "a docstring"
+    is_exception = inspect.isclass(value) and issubclass(value, BaseException)
+    docs = [base.__doc__ for base in value.__mro__ if _is_ours(base)] if is_exception else [own]
+    return "" if any(doc and doctest.DocTestParser().get_examples(doc) for doc in docs) else "an example"
+
+
+def _is_ours(value: Any) -> bool:
+    return str(getattr(value, "__module__", "")).partition(".")[0] == "robotcore"
+
+
+@cache
+def _parse(module: str) -> ast.Module:
+    path = import_module(module).__file__
+    assert path
+    return ast.parse(Path(path).read_text(encoding="utf-8"))
+
+
+def _list_definitions(module: str) -> list[str]:
+    names = list(_find_assignments(module))
+    names += [node.name for node in _parse(module).body if isinstance(node, (ast.ClassDef, ast.FunctionDef))]
+    return [name for name in names if not name.startswith("_")]
+
+
+@cache
+def _find_assignments(module: str) -> dict[str, bool]:
+    """Return whether a string follows the assignment of each name."""
+    body = _parse(module).body
+    found: dict[str, bool] = {}
+    for node, following in zip(body, [*body[1:], ast.Pass()], strict=True):
+        is_documented = isinstance(following, ast.Expr) and isinstance(following.value, ast.Constant)
+        for target in _list_targets(node):
+            found |= {each.id: is_documented for each in ast.walk(target) if isinstance(each, ast.Name)}
+    return found
+
+
+def _list_targets(node: ast.stmt) -> list[ast.expr]:
+    if isinstance(node, ast.AnnAssign):
+        return [node.target]
+    return node.targets if isinstance(node, ast.Assign) else []
+
+
+def _is_documented(module: str, name: str) -> bool:
+    """Return whether a string follows the assignment of a name, in its module or in the module of its import."""
+    if name in (assignments := _find_assignments(module)):
+        return assignments[name]
+    sources = [
+        node.module
+        for node in ast.walk(_parse(module))
+        if isinstance(node, ast.ImportFrom) and node.module and any(each.name == name for each in node.names)
+    ]
+    return any(source.startswith("robotcore") and _is_documented(source, name) for source in sources)
+
+
+@pytest.mark.parametrize("module", MODULES)
+def test_each_public_name_has_a_docstring_and_an_example(module: str) -> None:
+    assert import_module(module).__doc__
+    lacks = {name: find_mistake(module, name) for name in list_public_names(module)}
+    assert {name: lack for name, lack in lacks.items() if lack} == {}
+
+
+def test_no_public_example_is_skipped() -> None:
+    parts = [getattr(import_module(module), name) for module in MODULES for name in list_public_names(module)]
+    examples = [each for part in parts for each in doctest.DocTestParser().get_examples(part.__doc__ or "")]
+    assert examples
+    assert not [each.source for each in examples if doctest.SKIP in each.options]
+
+
+def test_each_module_is_on_one_page() -> None:
+    assert len(MODULES) == len(set(MODULES))
+
+
+NEW_NAME = "a_new_module"
+NEW_MODULE = '''
+"""A module."""
+
+from dataclasses import dataclass
+from enum import Enum
+
+LIMIT = 3
+
+SPEED = 0.2
+"""The speed in m/s."""
+
+
+class Wheel:
+    """A wheel."""
+
+    def turn(self):
+        """Turn.
+
+        >>> Wheel().turn()
+        """
+
+
+class Tyre(Wheel):
+    """A tyre.
+
+    >>> Tyre().turn()
+    """
+
+
+class Flat(Exception):
+    pass
+
+
+@dataclass
+class Size:
+    width: float
+
+
+class Side(Enum):
+    """A side."""
+
+    LEFT = 1
+
+
+def drive():
+    """Drive.
+
+    >>> drive()
+    """
+
+
+def stop():
+    """Stop."""
+
+
+def _brake():
+    pass
+'''
+
+
+def test_new_names_without_docstring_or_example_are_found(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    (tmp_path / f"{NEW_NAME}.py").write_text(NEW_MODULE)
+    monkeypatch.syspath_prepend(tmp_path)
+    monkeypatch.setattr(f"{__name__}._is_ours", lambda value: getattr(value, "__module__", "") == NEW_NAME)
+    lacks = {name: find_mistake(NEW_NAME, name) for name in list_public_names(NEW_NAME)}
+    assert {name: lack for name, lack in lacks.items() if lack} == {
+        "LIMIT": "a sentence below its assignment",
+        "Wheel": "an example",
+        "Flat": "a docstring",
+        "Size": "an example",
+        "Side": "an example",
+        "stop": "an example",
+    }
