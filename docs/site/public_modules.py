@@ -58,14 +58,18 @@ PUBLIC_MODULES: dict[str, list[str]] = {
     "Geometry": ["robotcore.geometry"],
     "Errors": ["robotcore.errors"],
     "Tests": ["robotcore.testing"],
-    "Faults": ["robotcore.runtime.faults"],
+    "Faults": ["robotcore.runtime.faults", "robotcore.runtime.layers.base"],
     "Descriptions of robots and worlds": ["robotcore.description"],
     "Recordings": [
         "robotcore.recording",
         "robotcore.recording.recorder",
         "robotcore.recording.replay",
     ],
-    "Sweeps": ["robotcore.sweep"],
+    "Sweeps and fidelity": [
+        "robotcore.sweep",
+        "robotcore.sweep.statistics",
+        "robotcore.fidelity.fidelity",
+    ],
     "Device drivers": [
         "robotcore.hardware",
         "robotcore.hal.wiring",
@@ -81,6 +85,7 @@ PUBLIC_MODULES: dict[str, list[str]] = {
         "robotcore.hal.device_test",
         "robotcore.hal.clock",
         "robotcore.hal.wall_clock",
+        "robotcore.plugins",
     ],
 }
 """A mapping from the title of a page to its modules, in the order of the pages and of the modules on a page."""
