@@ -10,7 +10,7 @@ from dataclasses import fields
 from importlib.util import find_spec
 from itertools import groupby, product
 from pathlib import Path
-from typing import Any
+from typing import Any, cast
 
 import click
 
@@ -101,8 +101,8 @@ def find_mistake(words: Sequence[str]) -> str:
 
 def parse(arguments: Sequence[str]) -> tuple[str, Mapping[str, Any]]:
     """Return the name of a command of robotcore and its parameters. Raises click's and robotcore's errors."""
-    context, command, words = click.Context(robotcore), robotcore, list(arguments)
-    name = ""
+    name, command, words = "", cast("click.Command", robotcore), list(arguments)
+    context = click.Context(command)
     while isinstance(command, click.Group):
         found, following, words = command.resolve_command(context, words)
         assert found

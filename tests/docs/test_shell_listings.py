@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from pathlib import Path
 
 import pytest
@@ -21,7 +22,9 @@ SHELLS = {
         ]
     )
 }
-CONSOLES = {page: commands for page, text in PAGES.items() if (commands := list_commands(text))}
+CONSOLES = {page: consoles for page, text in PAGES.items() if (consoles := list_commands(text))}
+LANGUAGES = {"sh", "console", "python", "toml", "json", "ini", "text", ""}
+"""The languages of listings. Tests run or check those of the first four; the others are outputs, files and pictures."""
 
 UNINSTALLED = {
     "robotcore run avoid-obstacles --backend my-board": "the reader's own package has this backend",
@@ -69,6 +72,16 @@ def test_commands_that_no_test_runs_are_parsed(page: str) -> None:
     for console in CONSOLES[page]:
         (words,) = split_commands(console.command)
         assert parse(words[1:])
+
+
+def test_each_listing_has_a_known_language() -> None:
+    assert {listing.language for text in PAGES.values() for listing in list_listings(text)} == LANGUAGES
+
+
+def test_the_commands_of_a_service_are_valid() -> None:
+    services = [each.text for text in PAGES.values() for each in list_listings(text) if each.language == "ini"]
+    commands = [words for service in services for words in re.findall(r"^Exec\w+=\S*/robotcore (.*)$", service, re.MULTILINE)]
+    assert [parse(words.split())[0] for words in commands] == ["run", "stop"]
 
 
 def test_the_tables_have_no_stale_entry() -> None:
