@@ -18,12 +18,18 @@ PUBLIC_MODULES: dict[str, list[str]] = {
         "robotcore.runtime.session",
         "robotcore.runtime.result",
         "robotcore.runtime.observer",
+        "robotcore.runtime.trace",
+        "robotcore.safety.velocity_limits",
+        "robotcore.safety.latch",
+        "robotcore.runtime.operator_input",
+        "robotcore.runtime.pace",
         "robotcore.runtime.plan",
         "robotcore.cli.main",
     ],
     "A robot at a prompt": [
         "robotcore.interactive.opening",
         "robotcore.interactive.live_robot",
+        "robotcore.interactive.live_drive",
     ],
     "Devices": [
         "robotcore.kinds.motor",
@@ -70,6 +76,11 @@ PUBLIC_MODULES: dict[str, list[str]] = {
         "robotcore.sweep.statistics",
         "robotcore.fidelity.fidelity",
     ],
+    "Deployment": [
+        "robotcore.deploy.host",
+        "robotcore.deploy.project",
+        "robotcore.deploy.push",
+    ],
     "Device drivers": [
         "robotcore.hardware",
         "robotcore.hal.wiring",
@@ -82,6 +93,7 @@ PUBLIC_MODULES: dict[str, list[str]] = {
         "robotcore.hal.device",
         "robotcore.hal.kind",
         "robotcore.hal.simulation_state",
+        "robotcore.hal.joint",
         "robotcore.hal.device_test",
         "robotcore.hal.clock",
         "robotcore.hal.wall_clock",

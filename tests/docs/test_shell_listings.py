@@ -80,7 +80,7 @@ def test_each_listing_has_a_known_language() -> None:
 
 def test_the_commands_of_a_service_are_valid() -> None:
     services = [each.text for text in PAGES.values() for each in list_listings(text) if each.language == "ini"]
-    commands = [words for service in services for words in re.findall(r"^Exec\w+=\S*/robotcore (.*)$", service, re.MULTILINE)]
+    commands = re.findall(r"^Exec\w+=\S*/robotcore (.*)$", "\n".join(services), re.MULTILINE)
     assert [parse(words.split())[0] for words in commands] == ["run", "stop"]
 
 
