@@ -8,8 +8,6 @@ from __future__ import annotations
 import ast
 import doctest
 import inspect
-import runpy
-from functools import cache
 from importlib import import_module
 from pathlib import Path
 from types import ModuleType
@@ -17,18 +15,7 @@ from typing import Any
 
 import pytest
 
-ROOT = Path(__file__).resolve().parents[1]
-PUBLIC_MODULES: dict[str, list[str]] = runpy.run_path(str(ROOT / "docs" / "site" / "public_modules.py"))[
-    "PUBLIC_MODULES"
-]
-MODULES = [module for modules in PUBLIC_MODULES.values() for module in modules]
-
-
-def list_public_names(module: str) -> list[str]:
-    """Return the names in a module's ``__all__``; without it, those that the module defines without an underscore."""
-    loaded = import_module(module)
-    names: list[str] = getattr(loaded, "__all__", None) or _list_definitions(module)
-    return names
+from tests.public_names import MODULES, find_assignments, is_ours, list_public_names, parse_module
 
 
 def find_mistake(module: str, name: str) -> str:
@@ -36,7 +23,7 @@ def find_mistake(module: str, name: str) -> str:
     value = getattr(import_module(module), name)
     if isinstance(value, ModuleType):
         return "" if value.__doc__ else "a docstring"
-    if _is_ours(value) and (inspect.isclass(value) or inspect.isroutine(value) or hasattr(value, "__wrapped__")):
+    if is_ours(value) and (inspect.isclass(value) or inspect.isroutine(value) or hasattr(value, "__wrapped__")):
         return _find_lack(value)
     return "" if _is_documented(module, name) else "a sentence below its assignment"
 
@@ -46,52 +33,17 @@ def _find_lack(value: Any) -> str:
     if not own:
         return "a docstring"
     is_exception = inspect.isclass(value) and issubclass(value, BaseException)
-    docs = [base.__doc__ for base in value.__mro__ if _is_ours(base)] if is_exception else [own]
+    docs = [base.__doc__ for base in value.__mro__ if is_ours(base)] if is_exception else [own]
     return "" if any(doc and doctest.DocTestParser().get_examples(doc) for doc in docs) else "an example"
-
-
-def _is_ours(value: Any) -> bool:
-    return str(getattr(value, "__module__", "")).partition(".")[0] == "robotcore"
-
-
-@cache
-def _parse(module: str) -> ast.Module:
-    path = import_module(module).__file__
-    assert path
-    return ast.parse(Path(path).read_text(encoding="utf-8"))
-
-
-def _list_definitions(module: str) -> list[str]:
-    names = list(_find_assignments(module))
-    names += [node.name for node in _parse(module).body if isinstance(node, (ast.ClassDef, ast.FunctionDef))]
-    return [name for name in names if not name.startswith("_")]
-
-
-@cache
-def _find_assignments(module: str) -> dict[str, bool]:
-    """Return whether a string follows the assignment of each name."""
-    body = _parse(module).body
-    found: dict[str, bool] = {}
-    for node, following in zip(body, [*body[1:], ast.Pass()], strict=True):
-        is_documented = isinstance(following, ast.Expr) and isinstance(following.value, ast.Constant)
-        for target in _list_targets(node):
-            found |= {each.id: is_documented for each in ast.walk(target) if isinstance(each, ast.Name)}
-    return found
-
-
-def _list_targets(node: ast.stmt) -> list[ast.expr]:
-    if isinstance(node, ast.AnnAssign):
-        return [node.target]
-    return node.targets if isinstance(node, ast.Assign) else []
 
 
 def _is_documented(module: str, name: str) -> bool:
     """Return whether a string follows the assignment of a name, in its module or in the module of its import."""
-    if name in (assignments := _find_assignments(module)):
+    if name in (assignments := find_assignments(module)):
         return assignments[name]
     sources = [
         node.module
-        for node in ast.walk(_parse(module))
+        for node in ast.walk(parse_module(module))
         if isinstance(node, ast.ImportFrom) and node.module and any(each.name == name for each in node.names)
     ]
     return any(source.startswith("robotcore") and _is_documented(source, name) for source in sources)
@@ -179,7 +131,7 @@ def _brake():
 def test_new_names_without_docstring_or_example_are_found(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     (tmp_path / f"{NEW_NAME}.py").write_text(NEW_MODULE)
     monkeypatch.syspath_prepend(tmp_path)
-    monkeypatch.setattr(f"{__name__}._is_ours", lambda value: getattr(value, "__module__", "") == NEW_NAME)
+    monkeypatch.setattr(f"{__name__}.is_ours", lambda value: getattr(value, "__module__", "") == NEW_NAME)
     lacks = {name: find_mistake(NEW_NAME, name) for name in list_public_names(NEW_NAME)}
     assert {name: lack for name, lack in lacks.items() if lack} == {
         "LIMIT": "a sentence below its assignment",

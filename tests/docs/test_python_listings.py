@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+import ast
 import json
 import sys
 from collections.abc import Iterable, Iterator
 from dataclasses import replace
+from importlib import import_module
 from pathlib import Path
 from types import SimpleNamespace
 from typing import Any
@@ -22,10 +24,12 @@ from robotcore.optics import Image
 from robotcore.sweep import Sweep
 from robotcore.sweep.single_run import RunOutput, perform
 from robotcore.testing import ConformanceSuite, MockRobot, TestSupport
-from tests.docs.listings import list_commands, list_listings, read_pages
+from tests.docs.listings import ROOT, list_commands, list_listings, read_pages
 from tests.docs.reader_files import is_python_file
+from tests.public_names import MODULES, list_public_names
 
 PAGES = read_pages()
+TEMPLATES = ROOT / "robotcore" / "cli" / "scaffold" / "templates"
 LISTINGS = [
     (page, listing) for page, text in PAGES.items() for listing in list_listings(text) if listing.language == "python"
 ]
@@ -99,6 +103,22 @@ def test_the_tables_have_no_stale_entry() -> None:
     assert RUN_BY.keys() | {page for page, _ in PARTS} == set(dict(LISTINGS))
     assert RUN_BY.keys().isdisjoint(page for page, _ in PARTS)
     assert [key for key in PARTS if not any(page == key[0] and key[1] in each.text for page, each in LISTINGS)] == []
+
+
+def test_listings_and_templates_import_public_names_only() -> None:
+    public = [getattr(import_module(module), name) for module in MODULES for name in list_public_names(module)]
+    known = {id(each) for each in public} | {id(import_module(each)) for each in MODULES}
+    sources = {f"{page}, {listing.file}": listing.text for page, listing in LISTINGS}
+    sources |= {str(file): file.read_text(encoding="utf-8") for file in TEMPLATES.rglob("*.py")}
+    found = {
+        f"{node.module}.{each.name} in {place}": getattr(import_module(node.module), each.name)
+        for place, text in sources.items()
+        for node in ast.walk(ast.parse(text))
+        if isinstance(node, ast.ImportFrom) and node.module and node.module.partition(".")[0] == "robotcore"
+        for each in node.names
+    }
+    assert len(found) > 50
+    assert [name for name, value in found.items() if id(value) not in known] == []
 
 
 def test_the_app_in_contributing_drives() -> None:
