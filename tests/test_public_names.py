@@ -6,8 +6,10 @@ An exception may have the example of its base. A constant has a sentence below i
 from __future__ import annotations
 
 import ast
+import dataclasses
 import doctest
 import inspect
+import re
 from importlib import import_module
 from pathlib import Path
 from types import ModuleType
@@ -37,6 +39,16 @@ def _find_lack(value: Any) -> str:
     return "" if any(doc and doctest.DocTestParser().get_examples(doc) for doc in docs) else "an example"
 
 
+def list_undocumented_parameters(value: Any) -> list[str]:
+    """Return the parameters of a function, or of a class's own ``__init__``, that the docstring does not name."""
+    call: Any = vars(value).get("__init__") if inspect.isclass(value) else value
+    if not inspect.isroutine(inspect.unwrap(call)) or getattr(call, "__qualname__", "").startswith("Protocol"):
+        return []
+    doc = f"{value.__doc__} {call.__doc__ or ''}"
+    names = [name for name in inspect.signature(call).parameters if name not in {"self", "args", "kwargs"}]
+    return [name for name in names if not re.search(rf"\b{name}\b", doc)]
+
+
 def _is_documented(module: str, name: str) -> bool:
     """Return whether a string follows the assignment of a name, in its module or in the module of its import."""
     if name in (assignments := find_assignments(module)):
@@ -54,6 +66,20 @@ def test_each_public_name_has_a_docstring_and_an_example(module: str) -> None:
     assert import_module(module).__doc__
     lacks = {name: find_mistake(module, name) for name in list_public_names(module)}
     assert {name: lack for name, lack in lacks.items() if lack} == {}
+
+
+@pytest.mark.parametrize("module", MODULES)
+def test_docstrings_name_the_parameters(module: str) -> None:
+    values = {name: getattr(import_module(module), name) for name in list_public_names(module)}
+    called = {name: value for name, value in values.items() if is_ours(value) and not _has_fields(value)}
+    missing = {name: list_undocumented_parameters(value) for name, value in called.items() if callable(value)}
+    assert {name: parameters for name, parameters in missing.items() if parameters} == {}
+
+
+def _has_fields(value: Any) -> bool:
+    """Return whether the fields of a class, which have docstrings of their own, are its parameters."""
+    is_record = dataclasses.is_dataclass(value) or hasattr(value, "model_fields")
+    return is_record or (inspect.isclass(value) and issubclass(value, (tuple, BaseException)))
 
 
 def test_no_public_example_is_skipped() -> None:
@@ -141,3 +167,20 @@ def test_new_names_without_docstring_or_example_are_found(tmp_path: Path, monkey
         "Side": "an example",
         "stop": "an example",
     }
+
+
+def test_a_parameter_that_the_docstring_does_not_name_is_found() -> None:
+    def drive(speed: float, turn_rate: float) -> None:
+        """Drive.
+
+        speed: the speed in m/s.
+        """
+
+    class Wheel:
+        """A wheel."""
+
+        def __init__(self, radius: float) -> None:
+            self.radius = radius
+
+    assert list_undocumented_parameters(drive) == ["turn_rate"]
+    assert list_undocumented_parameters(Wheel) == ["radius"]

@@ -57,6 +57,7 @@ class RaceResult(NamedTuple):
 def wait(robot: Robot, seconds: float) -> Routine[None]:
     """Wait for a time. The robot stops if no other routine drives it, because a velocity is in force for a few ticks.
 
+    robot: the robot, for its clock.
     seconds: the time, in seconds.
 
     >>> import robotcore
@@ -79,6 +80,8 @@ def wait(robot: Robot, seconds: float) -> Routine[None]:
 def wait_until(condition: Callable[[], object]) -> Routine[None]:
     """Wait until ``condition()`` is true. It is called once per tick. The robot stops as in `wait`.
 
+    condition: a function without arguments.
+
     >>> import robotcore
     >>> with robotcore.open("rover", world="open") as robot:
     ...     robot.run(wait_until(lambda: robot.clock.now() >= 0.3))
@@ -97,6 +100,8 @@ def wait_until(condition: Callable[[], object]) -> Routine[None]:
 @warn_if_dropped
 def sequence(*routines: Routine[Any]) -> Routine[tuple[Any, ...]]:
     """Run routines one after another. Return their results.
+
+    routines: the routines, such as ``straight(robot, 1.0)``.
 
     >>> from robotcore import straight, turn
     >>> import robotcore
@@ -122,6 +127,8 @@ def parallel(*routines: Routine[Any]) -> Routine[tuple[Any, ...]]:
     """Run routines at the same time, until all have ended. Return their results.
 
     Each tick advances them in their order. Of two commands to one device, the last one holds.
+
+    routines: the routines, such as ``straight(robot, 1.0)``.
 
     >>> from robotcore import move
     >>> import robotcore
@@ -154,6 +161,8 @@ def race(*routines: Routine[Any]) -> Routine[RaceResult]:
     """Run routines at the same time, until the first has ended. Close the others, and return the winner.
 
     Each tick advances them in their order. If two end in the same tick, the first in this order wins.
+
+    routines: the routines, such as ``straight(robot, 1.0)``.
 
     >>> from robotcore import move
     >>> import robotcore
@@ -214,7 +223,9 @@ def repeat(build: Callable[[], Routine[Any]], times: int | None = None) -> Routi
 def with_timeout(robot: Robot, seconds: float, routine: Routine[T]) -> Routine[T]:
     """Run a routine, and return its result. Close it if it takes longer than a time.
 
+    robot: the robot, for its clock.
     seconds: the longest time, in seconds.
+    routine: the routine, such as ``straight(robot, 1.0)``.
 
     Raises RoutineTimeoutError, which is a TimeoutError, if the routine takes longer.
 
@@ -251,6 +262,9 @@ def until(condition: Callable[[], object], routine: Routine[Any]) -> Routine[boo
 
     The condition is called in each tick before the routine. The result is False if the routine ended by itself.
 
+    condition: a function without arguments.
+    routine: the routine, such as ``move(robot, 0.2)``.
+
     >>> from robotcore import move
     >>> import robotcore
     >>> with robotcore.open("rover", world="open") as robot:
@@ -276,6 +290,9 @@ def on_stop(routine: Routine[T], clean_up: Callable[[], object]) -> Routine[T]:
     """Run a routine, and return its result. Call ``clean_up`` when it ends, fails or is closed.
 
     A run closes its routine when its time is over, and after an error or a signal. It does not if the app hangs.
+
+    routine: the routine.
+    clean_up: a function without arguments.
 
     >>> import robotcore
     >>> with robotcore.open("rover", world="open") as robot:

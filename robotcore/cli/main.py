@@ -84,6 +84,8 @@ def run_app(name: str) -> NoReturn:
 
     An app's file calls this function, so that ``python FILE`` runs the app.
 
+    name: the app's name or file, as for ``robotcore run``.
+
     >>> if __name__ == "__main__":  # the last lines of an app's file
     ...     run_app(__file__)
     """
@@ -94,6 +96,8 @@ def execute(arguments: Sequence[str]) -> int:
     """Run one command, and return its exit status. If signal n ended the command, the status is 128 + n.
 
     A RobotcoreError and an invalid argument are reported on stderr. Any other exception is raised.
+
+    arguments: the words of the command line after ``robotcore``.
 
     >>> execute(["worlds", "--no-such-option"])
     2

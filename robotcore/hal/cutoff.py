@@ -123,6 +123,8 @@ class CutoffSpec:
 def merge_cutoffs(specs: Iterable[CutoffSpec]) -> tuple[CutoffSpec, ...]:
     """Return the specifications with those merged that differ only in the name of the device.
 
+    specs: the specifications of all motors.
+
     >>> parameters = {"line": 22}
     >>> motors = ("left_motor", "right_motor")
     >>> [one] = merge_cutoffs(CutoffSpec(motor, "my_board:Enable", parameters) for motor in motors)

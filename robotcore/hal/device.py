@@ -121,6 +121,8 @@ T = TypeVar("T")
 class Device:
     """The base class of a robot's devices. The constructor does not use hardware.
 
+    name: the name of the device, as in the robot's file.
+
     ``mount`` is the present pose of a mounted device on the robot in the plane. A run sets it from the robot's
     description. A device on a servo turns with it.
 
@@ -366,6 +368,10 @@ class Actuator(Device, ABC, Generic[CommandT]):
 
 def build_driver_error(device: str, error: Exception, kind: str = "driver-error") -> DeviceError:
     """Return the error for an exception of a driver. The caller raises it from that exception.
+
+    device: the name of the device.
+    error: the exception of the driver.
+    kind: the kind of the new error.
 
     >>> error = build_driver_error("nose", OSError("unplugged"))
     >>> str(error), error.kind

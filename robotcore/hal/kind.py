@@ -214,6 +214,7 @@ def build_sensor(
 ) -> Sensor[Any]:
     """Return a sensor of the described kind.
 
+    description: the description of the sensor.
     newest: returns the newest sample.
     release: releases the hardware when the sensor is closed.
 
@@ -236,6 +237,7 @@ def build_actuator(
 ) -> Actuator[Any]:
     """Return an actuator of the described kind.
 
+    description: the description of the actuator.
     apply: applies a command that is within the actuator's limits.
     release: releases the hardware when the actuator is closed.
 

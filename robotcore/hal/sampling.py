@@ -164,6 +164,10 @@ def delay_samples(
 
     Without both, the sample is that of the clock's present time.
 
+    clock: the robot's clock.
+    description: the description of the sensor.
+    capture: measures, see `Capture`.
+
     >>> from robotcore.kinds.encoder import Angle
     >>> clock = SteppedClock(20, lambda steps: None)
     >>> late = SensorDescription(kind="encoder", name="wheel", latency_s=0.1)

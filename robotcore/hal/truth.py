@@ -56,6 +56,10 @@ class TruthSource(Protocol):
 class Truth:
     """The true state of a simulated robot. An app's `verify` gets it at the end of a run.
 
+    source: the simulator's methods.
+    robot: the description of the robot.
+    world: the description of the world.
+
     >>> import robotcore
     >>> with robotcore.open("rover", world="arena") as robot:
     ...     twist = robot.drive.straight(0.2)  # metres

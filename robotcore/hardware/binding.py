@@ -98,6 +98,8 @@ def _missing_hint(lacks: Collection[str], description: DeviceDescription) -> str
 def list_drivers(description: type[DeviceDescription]) -> list[str]:
     """Return the names of the drivers that open devices with a class of descriptions.
 
+    description: the class of the descriptions, such as ServoDescription.
+
     >>> from robotcore.kinds.servo import ServoDescription
     >>> "servo" in list_drivers(ServoDescription)
     True

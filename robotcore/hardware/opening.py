@@ -88,6 +88,8 @@ def open_devices(bindings: Iterable[DeviceBinding], context: DeviceContext, open
     If another device fails, the remaining devices are still opened, to find all failures. Then all devices are closed.
     Raises one failure as a DeviceError, and several failures, also those of closing, as a DeviceGroupError.
 
+    bindings: the devices with their drivers.
+    context: the robot, its clock and the shared resources.
     opened: the same object as ``context.opened``.
 
     >>> from robotcore.description import load_robot
@@ -157,6 +159,9 @@ def _close(device: Device, failures: list[Exception]) -> None:
 def encoder_of(motor: str, robot: RobotDescription) -> str | None:
     """Return the name of the encoder on a motor's wheel, or None if the wheel has no encoder.
 
+    motor: the name of the motor.
+    robot: the description of the robot.
+
     >>> from robotcore.description import load_robot
     >>> encoder_of("left_motor", load_robot("rover"))
     'left_encoder'
@@ -166,6 +171,9 @@ def encoder_of(motor: str, robot: RobotDescription) -> str | None:
 
 def motor_of(encoder: str, robot: RobotDescription) -> str | None:
     """Return the name of the motor on an encoder's wheel, or None if the encoder is on no wheel of the drive.
+
+    encoder: the name of the encoder.
+    robot: the description of the robot.
 
     >>> from robotcore.description import load_robot
     >>> motor_of("left_encoder", load_robot("rover"))

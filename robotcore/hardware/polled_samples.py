@@ -19,6 +19,9 @@ class NewestSample(Generic[SampleT]):
 
     A background thread calls `put` and `fail`, and other threads call `get`.
 
+    device: the name of the device, for errors.
+    first: the first sample, or the error that `get` raises before the first sample.
+
     >>> from robotcore.kinds.range_sensor import Range
     >>> newest = NewestSample("nose", Range(0.5, time=0.0, sequence=0))
     >>> newest.fail(OSError("unplugged"))
@@ -137,6 +140,9 @@ class PolledRangeSensor(RangeSensor):
     """A range sensor that returns the newest sample of a `RangeSampler`.
 
     A subclass starts its hardware in `_start`, and registers in ``_opened`` what stops the hardware.
+
+    description: the description of the sensor.
+    sampler: converts the measurements to samples.
 
     >>> from robotcore.description import load_robot
     >>> class Sonar(PolledRangeSensor):

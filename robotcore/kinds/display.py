@@ -39,7 +39,9 @@ class Display(Actuator[Image], ABC):
     kind = "display"
 
     def show(self, image: Image) -> None:
-        """Show a BGR picture of shape (height, width, 3) or a grey one of shape (height, width), as ``uint8``.
+        """Show a picture.
+
+        image: a BGR picture of shape (height, width, 3), or a grey one of shape (height, width), as ``uint8``.
 
         Raises InvalidCommandError for anything else, and DeviceError if the display fails.
         """

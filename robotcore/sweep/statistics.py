@@ -136,6 +136,8 @@ def group_records(records: Iterable[Record]) -> list[Group]:
 
     Keeps only four numbers of each record in memory.
 
+    records: the records of the runs, such as ``results.records()``.
+
     >>> outcomes = {1: Outcome.SUCCESS, 2: Outcome.TIMEOUT}
     >>> results = [RunResult("search", "kinematic", "rover", "arena", *each, 0) for each in outcomes.items()]
     >>> [group.success_share for group in group_records([Record(result, None, "") for result in results])]
@@ -284,6 +286,8 @@ class Agreement:
 
 def compare_backends(records: Sequence[Record]) -> list[Agreement]:
     """Return the agreement of each pair of backends that executed the same app, robot, world and seed.
+
+    records: the records of the runs, such as ``results.records()``.
 
     >>> backends = ("kinematic", "mujoco")
     >>> results = [RunResult("search", name, "rover", "arena", 7, Outcome.SUCCESS, 0) for name in backends]

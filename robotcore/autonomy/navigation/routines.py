@@ -34,6 +34,9 @@ def explore(robot: Robot, navigator: Navigator) -> Routine[None]:
 
     Raises RoutineError if something blocks the robot, see `drive_to`.
 
+    robot: a robot with drive, range sensor and camera.
+    navigator: the map and the velocities.
+
     >>> import robotcore
     >>> from robotcore import until
     >>> with robotcore.open("rover", world="arena") as robot:
@@ -57,7 +60,9 @@ def explore(robot: Robot, navigator: Navigator) -> Routine[None]:
 
 @warn_if_dropped
 def turn_to(robot: Robot, navigator: Navigator, target: Target) -> Routine[None]:
-    """Turn on the spot until the robot faces a target. The parameters and errors are those of `drive_to`.
+    """Turn on the spot until the robot faces a target. The errors are those of `drive_to`.
+
+    robot, navigator, target: as for `drive_to`.
 
     >>> import robotcore
     >>> with robotcore.open("rover", world="open") as robot:

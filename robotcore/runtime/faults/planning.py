@@ -132,6 +132,8 @@ def plan_faults(
 ) -> tuple[PlannedFault, ...]:
     """Check the specifications of a run's faults, and return the faults.
 
+    specs: the specifications, such as ``camera drop=0.2``.
+    description: the robot.
     opened: the names of the devices that the run opens.
 
     Raises UsageError with the correct form if a specification is wrong.
