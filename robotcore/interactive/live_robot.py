@@ -45,6 +45,8 @@ class LiveRobot(Robot):
 
     `close`, the end of a ``with`` block and the end of the program stop the motors and close the robot.
 
+    session, loop, run, signals, finish: the parts of the run that `robotcore.open` has begun.
+
     >>> import robotcore
     >>> with robotcore.open("rover", world="open") as robot:
     ...     robot.wait(1.0)

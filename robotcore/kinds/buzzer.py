@@ -28,7 +28,11 @@ MIN_FREQUENCY_HZ = 20.0
 
 
 class BuzzerDescription(DeviceDescription):
-    """A buzzer, which plays tones."""
+    """A buzzer, which plays tones.
+
+    >>> BuzzerDescription(kind="buzzer", name="horn", max_frequency_hz=4000.0)
+    BuzzerDescription(kind='buzzer', name='horn', max_frequency_hz=4000.0)
+    """
 
     kind: Literal["buzzer"]
     max_frequency_hz: Annotated[float, Field(ge=MIN_FREQUENCY_HZ, le=20_000)] = 5000.0
@@ -123,3 +127,4 @@ KIND = Kind(
     is_optional=True,
     test_devices=test_buzzers,
 )
+"""The kind `buzzer`, which the entry point of this name refers to."""

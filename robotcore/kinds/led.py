@@ -25,7 +25,11 @@ OFF: Brightness = (0.0, 0.0, 0.0)
 
 
 class LedDescription(DeviceDescription):
-    """A light of one colour, or of red, green and blue."""
+    """A light of one colour, or of red, green and blue.
+
+    >>> LedDescription(kind="led", name="lamp", is_rgb=True)
+    LedDescription(kind='led', name='lamp', is_rgb=True)
+    """
 
     kind: Literal["led"]
     is_rgb: bool = False
@@ -165,3 +169,4 @@ KIND = Kind(
     is_optional=True,
     test_devices=test_lights,
 )
+"""The kind `led`, which the entry point of this name refers to."""
