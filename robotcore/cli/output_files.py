@@ -1,8 +1,9 @@
-"""Check the names of files that a command writes, and finish the recording of a run."""
+"""Check the names of files that a command writes, write its JUnit file, and finish the recording of a run."""
 
 from __future__ import annotations
 
-from collections.abc import Collection, Mapping
+import os
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -10,8 +11,10 @@ from typing import TYPE_CHECKING
 from robotcore.cli.options import refuse_without
 from robotcore.cli.output import write_failure
 from robotcore.errors import UsageError
+from robotcore.files import require_writable, save_output
 
 if TYPE_CHECKING:
+    from robotcore.junit import JUnitSuite
     from robotcore.recording.recorder import Recorder
     from robotcore.runtime.result import RunResult
 
@@ -45,12 +48,46 @@ def require_suffix(option: str, output: Path | None, suffixes: Collection[str]) 
         )
 
 
+def require_different(**outputs: Path | None) -> None:
+    """Raise UsageError if two outputs of a command are the same file, even under another name.
+
+    outputs: the files by the names of their options, with ``_`` in place of ``-``. None is left out.
+    """
+    found: dict[Path, str] = {}
+    for name, file in outputs.items():
+        option = f"--{name.replace('_', '-')}"
+        if file and (other := found.setdefault(Path(os.path.realpath(file)), option)) != option:
+            raise UsageError(
+                f"{option} {file}: {other} names the same file. Name two files",
+                kind="same-output",
+                option=option,
+                file=str(file),
+            )
+
+
 def is_same_file(file: Path, other: Path | str) -> bool:
     """Return whether both names refer to the same existing file."""
     try:
         return file.samefile(other)
     except (OSError, ValueError):
         return False
+
+
+JUNIT = "--junit"
+"""The option that names a JUnit file."""
+
+
+def require_junit_file(file: Path | None) -> None:
+    """Raise UsageError if `write_junit` could not write the file. The file itself does not change."""
+    if file:
+        require_writable(file, JUNIT, ".xml")
+
+
+def write_junit(suites: Sequence[JUnitSuite], file: Path) -> None:
+    """Write test suites as JUnit XML. Raises UsageError if the file cannot be written; the old file is then kept."""
+    from robotcore.junit import format_junit
+
+    save_output(format_junit(suites), file, JUNIT)
 
 
 def build_recorder(

@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+import shlex
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -9,9 +12,16 @@ import click
 
 from robotcore.cli.command_classes import AnsweringCommand
 from robotcore.cli.options import parse_pair, refuse_without
-from robotcore.cli.output import redirect_prints, write, write_json, write_line
-from robotcore.cli.output_files import finish_recording, require_distinct, require_suffix
-from robotcore.errors import UsageError
+from robotcore.cli.output import redirect_prints, write, write_failure, write_json, write_line
+from robotcore.cli.output_files import (
+    finish_recording,
+    require_different,
+    require_distinct,
+    require_junit_file,
+    require_suffix,
+    write_junit,
+)
+from robotcore.errors import Interrupted, RobotcoreError, UsageError
 
 if TYPE_CHECKING:
     from robotcore.recording import Recording
@@ -118,6 +128,7 @@ def compare(first: Path, second: Path, picture: Path | None, *, as_json: bool) -
     help="Record the replay as an .mcap file, with its logged values and prints.",
 )
 @click.option("--force", "is_forced", is_flag=True, help="Overwrite an existing recording.")
+@click.option("--junit", metavar="FILE.xml", type=_FILE, help="Write the result as JUnit XML, which CI servers read.")
 @click.option(
     "--watch",
     metavar="FILE.py",
@@ -130,6 +141,7 @@ def replay(
     settings: tuple[tuple[str, str], ...],
     picture: Path | None,
     record: Path | None,
+    junit: Path | None,
     watch: str | None,
     *,
     is_forced: bool,
@@ -143,27 +155,36 @@ def replay(
     With another app or with --set, shows how the decisions on the recorded samples differ. Logged values are shown, and
     not compared. With --watch, Ctrl-C ends the command.
 
+    --junit writes a test case, also if the recording cannot be replayed.
+
     Exit status: 0 if all decisions are equal or if another app ran to its end, 1 if a decision differs. An error has
     the exit status of `robotcore run`.
     """
     if watch:
-        return _watch(file, watch, app, settings, picture, record, is_forced=is_forced, as_json=as_json)
+        outputs = {"--picture": picture, "--record": record, "--junit": junit}
+        return _watch(file, watch, app, settings, outputs, is_forced=is_forced, as_json=as_json)
     from robotcore.recording import read
     from robotcore.view.page import require_writable
 
-    require_distinct("--picture", picture, file)
-    require_distinct("--record", record, file)
+    for option, output in (("--picture", picture), ("--record", record), ("--junit", junit)):
+        require_distinct(option, output, file)
+    require_different(picture=picture, record=record, junit=junit)
+    require_junit_file(junit)
     if picture:
         require_writable(picture)
-    recording = read(file)
-    recorder = _build_replay_recorder(recording, record, is_forced=is_forced)
-    with redirect_prints(as_json=as_json):
-        result = _replay(recording, file, app, dict(settings), recorder)
+    with _report_failure(junit, file, app, settings):
+        recording = read(file)
+        recorder = _build_replay_recorder(recording, record, is_forced=is_forced)
+        with redirect_prints(as_json=as_json):
+            result = _replay(recording, file, app, dict(settings), recorder)
     _, recorded = finish_recording(result.result, recorder) if recorder else (None, "")
     if as_json:
         write_json({"file": str(file), **result.to_dict()})
     else:
         _write_replay(result)
+    if junit and not isinstance(result.result.error, Interrupted):
+        _write_suite(junit, file, app, settings, result)
+        write_line(f"The JUnit file: {junit}", is_error=as_json)
     if picture:
         _draw_replay(recording, result, picture)
         write_line(f"The picture: {picture}", is_error=as_json)
@@ -193,8 +214,7 @@ def _watch(
     watched: str,
     app: str | None,
     settings: tuple[tuple[str, str], ...],
-    picture: Path | None,
-    record: Path | None,
+    outputs: Mapping[str, Path | None],
     *,
     is_forced: bool,
     as_json: bool,
@@ -206,11 +226,10 @@ def _watch(
             f"--watch {watched} names the app, and so does --app {app}. Leave --app out", kind="app-named-twice"
         )
     arguments = ["replay", f"--app={watched}", *(f"--set={key}={value}" for key, value in settings)]
-    arguments += [f"--picture={picture}"] if picture else []
-    arguments += [f"--record={record}"] if record else []
+    arguments += [f"{option}={output}" for option, output in outputs.items() if output]
     arguments += ["--json"] if as_json else []
     first = [*arguments, *(["--force"] if is_forced else []), "--", str(file)]
-    later = [*arguments, *(["--force"] if record else []), "--", str(file)]
+    later = [*arguments, *(["--force"] if outputs["--record"] else []), "--", str(file)]
     return watch_app(watched, first, later, is_quiet=as_json)
 
 
@@ -236,9 +255,39 @@ def _replay(
     return replay(recording, file, app=app, recorder=recorder)
 
 
+@contextmanager
+def _report_failure(
+    junit: Path | None, file: Path, app: str | None, settings: tuple[tuple[str, str], ...]
+) -> Iterator[None]:
+    """Write the JUnit file if the ``with`` block raises RobotcoreError, so that a CI server shows the recording."""
+    try:
+        yield
+    except RobotcoreError as error:
+        if junit:
+            try:
+                _write_suite(junit, file, app, settings, error)
+            except UsageError as unwritten:
+                write_failure(str(unwritten))
+        raise
+
+
+def _write_suite(
+    junit: Path,
+    file: Path,
+    app: str | None,
+    settings: tuple[tuple[str, str], ...],
+    ended: ReplayResult | Evaluation | RobotcoreError,
+) -> None:
+    from robotcore.view.replay_suite import build_suite
+
+    options = [f"--app={app}"] if app else []
+    options += [f"--set={key}={value}" for key, value in settings]
+    write_junit([build_suite(file, shlex.join(["robotcore", "replay", *options, str(file)]), ended)], junit)
+
+
 def _write_replay(result: ReplayResult | Evaluation) -> None:
     from robotcore.cli.output import write_error
-    from robotcore.errors import DeviationError, Interrupted, RecordingEndedError, RobotcoreError
+    from robotcore.errors import DeviationError, RecordingEndedError
     from robotcore.view.text import format_replay
 
     write(format_replay(result))
