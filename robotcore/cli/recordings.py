@@ -120,6 +120,12 @@ def compare(first: Path, second: Path, picture: Path | None, *, as_json: bool) -
 @click.option(
     "--set", "settings", metavar="KEY=VALUE", type=parse_pair, multiple=True, help="Change a setting of the app."
 )
+@click.option(
+    "--require-equal",
+    "must_be_equal",
+    is_flag=True,
+    help="Fail at a decision that differs, also with another app or with --set.",
+)
 @click.option("--picture", metavar="FILE", type=_FILE, help="Draw the replay, seen from above, as a PNG.")
 @click.option(
     "--record",
@@ -144,6 +150,7 @@ def replay(
     junit: Path | None,
     watch: str | None,
     *,
+    must_be_equal: bool,
     is_forced: bool,
     as_json: bool,
 ) -> int:
@@ -157,12 +164,13 @@ def replay(
 
     --junit writes a test case, also if the recording cannot be replayed.
 
-    Exit status: 0 if all decisions are equal or if another app ran to its end, 1 if a decision differs. An error has
-    the exit status of `robotcore run`.
+    Exit status: 0 if all decisions are equal, or if another app ran to its end and --require-equal is not given; 1 if
+    a decision differs. An error has the exit status of `robotcore run`.
     """
     if watch:
         outputs = {"--picture": picture, "--record": record, "--junit": junit}
-        return _watch(file, watch, app, settings, outputs, is_forced=is_forced, as_json=as_json)
+        flags = {"--require-equal": must_be_equal, "--json": as_json}
+        return _watch(file, watch, app, settings, outputs, flags, is_forced=is_forced)
     from robotcore.recording import read
     from robotcore.view.page import require_writable
 
@@ -172,18 +180,21 @@ def replay(
     require_junit_file(junit)
     if picture:
         require_writable(picture)
-    with _report_failure(junit, file, app, settings):
+    options = [*(f"--app={name}" for name in filter(None, [app])), *(f"--set={key}={value}" for key, value in settings)]
+    options += ["--require-equal"] if must_be_equal else []
+    line = shlex.join(["robotcore", "replay", *options, str(file)])
+    with _report_failure(junit, file, line):
         recording = read(file)
         recorder = _build_replay_recorder(recording, record, is_forced=is_forced)
         with redirect_prints(as_json=as_json):
-            result = _replay(recording, file, app, dict(settings), recorder)
+            result = _replay(recording, file, app, dict(settings), recorder, must_be_equal=must_be_equal)
     _, recorded = finish_recording(result.result, recorder) if recorder else (None, "")
     if as_json:
         write_json({"file": str(file), **result.to_dict()})
     else:
         _write_replay(result)
     if junit and not isinstance(result.result.error, Interrupted):
-        _write_suite(junit, file, app, settings, result)
+        _write_suite(junit, file, line, result)
         write_line(f"The JUnit file: {junit}", is_error=as_json)
     if picture:
         _draw_replay(recording, result, picture)
@@ -215,9 +226,9 @@ def _watch(
     app: str | None,
     settings: tuple[tuple[str, str], ...],
     outputs: Mapping[str, Path | None],
+    flags: Mapping[str, bool],
     *,
     is_forced: bool,
-    as_json: bool,
 ) -> int:
     from robotcore.cli.replay_watch import watch_app
 
@@ -227,10 +238,10 @@ def _watch(
         )
     arguments = ["replay", f"--app={watched}", *(f"--set={key}={value}" for key, value in settings)]
     arguments += [f"{option}={output}" for option, output in outputs.items() if output]
-    arguments += ["--json"] if as_json else []
+    arguments += [flag for flag, is_given in flags.items() if is_given]
     first = [*arguments, *(["--force"] if is_forced else []), "--", str(file)]
     later = [*arguments, *(["--force"] if outputs["--record"] else []), "--", str(file)]
-    return watch_app(watched, first, later, is_quiet=as_json)
+    return watch_app(watched, first, later, is_quiet=flags["--json"])
 
 
 def _build_replay_recorder(recording: Recording, file: Path | None, *, is_forced: bool) -> Recorder | None:
@@ -245,44 +256,40 @@ def _build_replay_recorder(recording: Recording, file: Path | None, *, is_forced
 
 
 def _replay(
-    recording: Recording, file: Path, app: str | None, settings: dict[str, str], recorder: Recorder | None
+    recording: Recording,
+    file: Path,
+    app: str | None,
+    settings: dict[str, str],
+    recorder: Recorder | None,
+    *,
+    must_be_equal: bool,
 ) -> ReplayResult | Evaluation:
     from robotcore.recording.replay import evaluate, is_recorded_app, replay
 
     is_same_app = not app or (recording.is_replayable and is_recorded_app(recording, app))
     if settings or not is_same_app:
-        return evaluate(recording, app, settings, file=file, recorder=recorder)
+        return evaluate(recording, app, settings, file=file, recorder=recorder, must_be_equal=must_be_equal)
     return replay(recording, file, app=app, recorder=recorder)
 
 
 @contextmanager
-def _report_failure(
-    junit: Path | None, file: Path, app: str | None, settings: tuple[tuple[str, str], ...]
-) -> Iterator[None]:
+def _report_failure(junit: Path | None, file: Path, line: str) -> Iterator[None]:
     """Write the JUnit file if the ``with`` block raises RobotcoreError, so that a CI server shows the recording."""
     try:
         yield
     except RobotcoreError as error:
         if junit:
             try:
-                _write_suite(junit, file, app, settings, error)
+                _write_suite(junit, file, line, error)
             except UsageError as unwritten:
                 write_failure(str(unwritten))
         raise
 
 
-def _write_suite(
-    junit: Path,
-    file: Path,
-    app: str | None,
-    settings: tuple[tuple[str, str], ...],
-    ended: ReplayResult | Evaluation | RobotcoreError,
-) -> None:
+def _write_suite(junit: Path, file: Path, line: str, ended: ReplayResult | Evaluation | RobotcoreError) -> None:
     from robotcore.view.replay_suite import build_suite
 
-    options = [f"--app={app}"] if app else []
-    options += [f"--set={key}={value}" for key, value in settings]
-    write_junit([build_suite(file, shlex.join(["robotcore", "replay", *options, str(file)]), ended)], junit)
+    write_junit([build_suite(file, line, ended)], junit)
 
 
 def _write_replay(result: ReplayResult | Evaluation) -> None:

@@ -26,8 +26,7 @@ def build_suite(file: Path, command: str, ended: ReplayResult | Evaluation | Rob
     command: the command line of the replay, which repeats it.
     ended: the result of the replay, or the error because of which there is none.
 
-    The case of a verification fails at the first deviation. The case of an evaluation passes unless its app raises an
-    error, as the exit status of the command says.
+    The case passes if the exit status of the command is 0.
     """
     if isinstance(ended, RobotcoreError):
         case = JUnitCase(_NAME, str(file), problem=_build_error(ended, command))
@@ -43,12 +42,14 @@ def build_suite(file: Path, command: str, ended: ReplayResult | Evaluation | Rob
 def _find_problem(ended: ReplayResult | Evaluation, lines: list[str], command: str) -> Problem | None:
     if not ended.exit_status:
         return None
-    if isinstance(ended, ReplayResult):
-        kind = DEVIATION if ended.deviation else CHANGED
-        first = lines[0] if ended.deviation else "the recording was changed after the run"
-        return Problem(Verdict.FAILURE, kind, first, _add_command("\n".join(lines), command))
-    assert isinstance(ended.result.error, RobotcoreError), "the command ends at a signal, before it builds a suite"
-    return _build_error(ended.result.error, command)
+    if isinstance(ended, Evaluation) and isinstance(ended.result.error, RobotcoreError) and not ended.is_at_end:
+        return _build_error(ended.result.error, command)
+    kind, message = DEVIATION, "the end of the run, or the sensors that were read, differ"
+    if deviation := ended.deviation if isinstance(ended, ReplayResult) else ended.first_difference:
+        message = deviation.lines[0]
+    elif isinstance(ended, ReplayResult):
+        kind, message = CHANGED, "the recording was changed after the run"
+    return Problem(Verdict.FAILURE, kind, message, _add_command("\n".join(lines), command))
 
 
 def _build_error(error: RobotcoreError, command: str) -> Problem:

@@ -5,13 +5,13 @@ from __future__ import annotations
 import errno
 import os
 import shutil
+import signal
 from pathlib import Path
 from unittest.mock import Mock
 
 import pytest
 
 from robotcore import RunRequest
-from robotcore.cli.main import execute
 from robotcore.errors import BackendError
 from tests.robotcore.cli.conftest import Cli
 from tests.robotcore.junit_schema import read_junit
@@ -37,10 +37,10 @@ def _enter_folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
 
 
 @pytest.fixture
-def recording(tmp_path: Path) -> Path:
+def recording(tmp_path: Path, cli: Cli) -> Path:
     """Record an app in its file ``steady.py``."""
     (tmp_path / "steady.py").write_text(STEADY)
-    assert execute(["run", "steady.py", "--record", "run.mcap", "--json"]) == 0
+    assert cli("run", "steady.py", "--record", "run.mcap").status == 0
     return Path("run.mcap")
 
 
@@ -151,6 +151,46 @@ def test_an_evaluation_passes_unless_its_app_raises(cli: Cli, recording: Path) -
     assert cli("replay", str(recording), "--app", "other.py", "--junit", "replay.xml").status == 5
     assert list_problems("replay.xml") == [("error", "behaviour")]
     assert "other.py" in (read_junit(Path("replay.xml").read_bytes()).findtext(".//error") or "")
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(
+    "old, new, message",
+    [
+        ("class Steady", "# no change\nclass Steady", None),
+        ("0.1, 0.0", "0.2, 0.0", "tick 0, at 0 s, the command differs"),
+        ("> 0.5", "> 0.3", "the end of the run, or the sensors that were read, differ"),
+        ("> 0.5", "> 9", "the end of the run, or the sensors that were read, differ"),
+        ("Status.SUCCESS", "Status.FAILURE", "the end of the run, or the sensors that were read, differ"),
+    ],
+)
+def test_require_equal_fails_if_another_app_decides_otherwise(
+    cli: Cli, recording: Path, old: str, new: str, message: str | None
+) -> None:
+    Path("other.py").write_text(STEADY.replace(old, new))
+    arguments = ("replay", str(recording), "--app", "other.py", "--json")
+    assert cli(*arguments).json["exit_status"] == 0
+    done = cli(*arguments, "--require-equal", "--junit", "replay.xml")
+    assert done.status == done.json["exit_status"] == (1 if message else 0)
+    failures = read_junit(Path("replay.xml").read_bytes()).iter("failure")
+    assert [each.attrib["message"] for each in failures] == ([message] if message else [])
+
+
+@pytest.mark.slow
+def test_require_equal_fails_if_a_setting_changes_a_decision(cli: Cli, search_recording: Path) -> None:
+    arguments = ("replay", str(search_recording), "--set", "speed_m_s=0.15")
+    assert cli(*arguments).status == 0
+    assert cli(*arguments, "--require-equal").status == 1
+
+
+@pytest.mark.slow
+def test_an_interrupted_replay_keeps_the_old_file(cli: Cli, recording: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    Path("replay.xml").write_text("old")
+    Path("other.py").write_text(
+        STEADY.replace("robot.drive", "import signal; signal.raise_signal(signal.SIGTERM); robot.drive")
+    )
+    assert cli("replay", str(recording), "--app", "other.py", "--junit", "replay.xml").status == 128 + signal.SIGTERM
+    assert Path("replay.xml").read_text() == "old"
 
 
 @pytest.mark.parametrize("content, kind", [(b"no recording", "not-a-recording"), (None, "recording-unreadable")])

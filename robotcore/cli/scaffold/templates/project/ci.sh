@@ -25,7 +25,7 @@ replay) # A new recording: the app must decide by its samples alone. The kept re
     differing=
     for recording in build/new.mcap recordings/*.mcap; do
         [ -e "$recording" ] || continue # without a kept recording, the pattern itself is the name
-        robotcore replay "$recording" --app search.py \
+        robotcore replay "$recording" --app search.py --require-equal \
             --junit "build/junit/replay-$(basename "$recording" .mcap).xml" || differing="$differing $recording"
     done
     [ -z "$differing" ] || { echo "These replays have failed:$differing" >&2 && exit 1; }
