@@ -13,6 +13,20 @@ from robotcore.errors import RoutineTimeoutError, UsageError
 from robotcore.geometry import to_number
 from robotcore.hal.robot import Robot
 
+__all__ = [
+    "RaceResult",
+    "Routine",
+    "on_stop",
+    "parallel",
+    "race",
+    "repeat",
+    "sequence",
+    "until",
+    "wait",
+    "wait_until",
+    "with_timeout",
+]
+
 T = TypeVar("T")
 
 Routine: TypeAlias = Generator[None, None, T]

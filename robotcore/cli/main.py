@@ -17,6 +17,8 @@ from robotcore.cli.command_classes import LazyGroup
 from robotcore.cli.output import write_error, write_failure, write_line, write_lines, write_usage_error
 from robotcore.errors import Interrupted, RobotcoreError
 
+__all__ = ["main", "run_app"]
+
 SIGNAL_BASE = 128
 """The exit status of a process that signal n ended is this plus n."""
 
@@ -56,7 +58,6 @@ OUTPUT_FAILED = 1
         "calibrate",
         "doctor",
         "test-devices",
-        "calibrate",
         "firmware",
         "deploy",
         "stop",

@@ -24,6 +24,8 @@ if TYPE_CHECKING:
     from robotcore.hal.check_finding import Finding
     from robotcore.hal.wiring import Wiring
 
+__all__ = ["Backend", "Capability", "ModelExport", "Setup", "load_backend", "loadable_backends"]
+
 
 @dataclass(frozen=True)
 class ModelExport:

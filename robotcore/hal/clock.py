@@ -10,6 +10,8 @@ from collections.abc import Callable
 
 from robotcore.errors import UsageError
 
+__all__ = ["Clock", "PeriodicTask", "SteppedClock"]
+
 
 class PeriodicTask(ABC):
     """The repeated calls that `Clock.call_every` has started."""

@@ -18,6 +18,18 @@ from robotcore.text import format_number
 if TYPE_CHECKING:
     from robotcore.description import Body, Mount
 
+__all__ = [
+    "Actuator",
+    "Device",
+    "Rays",
+    "Sample",
+    "SampleT",
+    "Sensor",
+    "Unit",
+    "build_driver_error",
+    "build_invalid_command",
+]
+
 _OURS = "robotcore"
 _LOOP = "robotcore.runtime.loop"
 """The module that calls apps. The stack frames above this module are not part of an app."""

@@ -15,6 +15,20 @@ from robotcore.hal.check_finding import Finding
 from robotcore.hal.robot import Robot
 from robotcore.hal.simulation_state import SimulationState
 
+__all__ = [
+    "AT_OTHER_ANGLES",
+    "FLIPPED_HORIZONTALLY",
+    "FLIPPED_VERTICALLY",
+    "INVERTED",
+    "IN_OTHER_ORDER",
+    "RED_AND_BLUE_SWAPPED",
+    "REVERSED",
+    "ROTATED_180",
+    "YES_OR_NO",
+    "DeviceTest",
+    "Question",
+]
+
 T = TypeVar("T")
 
 REVERSED = "reversed"
@@ -30,8 +44,14 @@ The observation is a list with the number of the part whose wire belongs to each
 reversed.
 """
 
-FLIPPED_HORIZONTALLY, FLIPPED_VERTICALLY, ROTATED_180 = "mirrored", "upside-down", "rotated"
-"""The columns, the rows, or both, of a camera's pictures have the opposite order."""
+FLIPPED_HORIZONTALLY = "mirrored"
+"""The columns of a camera's pictures have the opposite order."""
+
+FLIPPED_VERTICALLY = "upside-down"
+"""The rows of a camera's pictures have the opposite order."""
+
+ROTATED_180 = "rotated"
+"""The columns and the rows of a camera's pictures have the opposite order."""
 
 RED_AND_BLUE_SWAPPED = "red-and-blue-swapped"
 """A camera's pictures have red in place of blue."""

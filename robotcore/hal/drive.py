@@ -10,6 +10,8 @@ from typing import NamedTuple, Protocol
 from robotcore.geometry import DifferentialGeometry, Pose, Twist, Wheels, to_float
 from robotcore.hal.clock import Clock
 
+__all__ = ["DifferentialDrive", "Odometry", "WheelPath"]
+
 COMMANDS = 200
 """The number of commands that a `CommandIntegrator` stores: those of one second at 200 Hz."""
 

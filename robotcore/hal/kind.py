@@ -26,6 +26,8 @@ if TYPE_CHECKING:
     from robotcore.hal.device_test import DeviceTest
     from robotcore.hal.simulation_state import SimulationState
 
+__all__ = ["Kind", "assert_limited", "assert_refused", "build_actuator", "build_sensor", "load_kind", "simulate_device"]
+
 
 @dataclass(frozen=True)
 class Kind:

@@ -21,6 +21,8 @@ if TYPE_CHECKING:
     from robotcore.kinds.motor import Motor
     from robotcore.kinds.range_sensor import RangeSensor
 
+__all__ = ["Robot", "Role"]
+
 
 DeviceT = TypeVar("DeviceT", bound=Device)
 

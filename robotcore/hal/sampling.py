@@ -11,6 +11,8 @@ from robotcore.description import DeviceDescription, SensorDescription
 from robotcore.hal.clock import Clock, PeriodicTask, SteppedClock
 from robotcore.hal.device import SampleT
 
+__all__ = ["DelayedSamples", "SampleCache", "capture_at_once", "delay_samples"]
+
 
 class SampleCache(Generic[SampleT]):
     """Returns the sample of the clock's present time.

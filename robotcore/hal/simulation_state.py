@@ -18,6 +18,8 @@ from robotcore.hal.clock import Clock
 from robotcore.hal.joint import Joints
 from robotcore.hal.noise import draw_noise, draw_noises
 
+__all__ = ["SimulationState"]
+
 Array = NDArray[np.float64]
 
 

@@ -14,6 +14,8 @@ from robotcore.hal.simulation_state import SimulationState
 from robotcore.optics import CameraView
 from robotcore.raycast import cast, edges_of
 
+__all__ = ["Truth", "TruthSource"]
+
 REST_LINEAR_M_S = 0.01
 REST_ANGULAR_RAD_S = 0.05
 

@@ -17,6 +17,8 @@ from robotcore.errors import BackendError
 from robotcore.hal.clock import Callback, Clock, PeriodicTask
 from robotcore.threads import is_out_of_memory, start_thread
 
+__all__ = ["MonotonicClock", "ServerClock"]
+
 T = TypeVar("T")
 
 read_timer = time.perf_counter

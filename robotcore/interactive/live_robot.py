@@ -30,6 +30,8 @@ from robotcore.runtime.session import RunSession
 from robotcore.runtime.signals import SignalGuard, raise_again
 from robotcore.view.robot_picture import RobotPicture, draw_robot
 
+__all__ = ["LiveRobot"]
+
 FinishResult = Callable[[RunResult], RunResult]
 """Adds the result of the recording to that of the session. Raises the error of a recording that failed."""
 

@@ -13,6 +13,8 @@ from robotcore.hal.device import Sensor, Unit
 from robotcore.hal.kind import Kind
 from robotcore.hal.robot import Robot
 
+__all__ = ["KIND", "Battery", "BatteryDescription", "Voltage"]
+
 
 class BatteryDescription(DeviceDescription):
     """A battery whose voltage is measured."""

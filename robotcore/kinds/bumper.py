@@ -16,6 +16,8 @@ from robotcore.hal.kind import Kind
 from robotcore.hal.simulation_state import SimulationState
 from robotcore.kinds.device_tests.contacts import test_contacts
 
+__all__ = ["KIND", "Bumper", "BumperDescription", "Touch"]
+
 
 class BumperDescription(SensorDescription):
     """A bumper, which detects contacts in a sector of directions."""

@@ -12,6 +12,8 @@ from robotcore.hal.kind import Kind
 from robotcore.hal.simulation_state import SimulationState
 from robotcore.kinds.device_tests.contacts import test_contacts
 
+__all__ = ["KIND", "Button", "ButtonDescription", "Press"]
+
 
 class ButtonDescription(DeviceDescription):
     """A button that a person presses."""

@@ -18,6 +18,8 @@ from robotcore.hal.kind import Kind, assert_limited, assert_refused
 from robotcore.hal.robot import Robot
 from robotcore.hal.simulation_state import SimulationState
 
+__all__ = ["KIND", "Buzzer", "BuzzerDescription"]
+
 SILENCE = 0.0
 """The frequency of no tone, in Hz."""
 

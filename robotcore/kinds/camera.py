@@ -21,6 +21,8 @@ from robotcore.kinds.device_tests.cameras import test_cameras
 from robotcore.lens import Lens, is_invertible
 from robotcore.optics import Image, Intrinsics
 
+__all__ = ["KIND", "Camera", "CameraDescription", "Frame"]
+
 Coefficient = Annotated[float, Field(ge=-10, le=10)]
 Pixel = Annotated[float, Field(ge=0, le=4096)]
 

@@ -13,6 +13,8 @@ from robotcore.hal.kind import Kind, assert_refused
 from robotcore.hal.robot import Robot
 from robotcore.optics import Image, is_picture
 
+__all__ = ["KIND", "Display", "DisplayDescription"]
+
 
 class DisplayDescription(DeviceDescription):
     """A display that shows the pictures of an app."""

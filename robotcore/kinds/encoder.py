@@ -16,6 +16,8 @@ from robotcore.hal.kind import Kind, raise_not_simulated
 from robotcore.hal.sampling import SampleCache
 from robotcore.kinds.device_tests.wheels import test_encoders
 
+__all__ = ["KIND", "Angle", "Encoder", "EncoderDescription"]
+
 
 class EncoderDescription(DeviceDescription):
     """An incremental encoder on a wheel."""

@@ -18,6 +18,8 @@ from robotcore.hal.kind import Kind
 from robotcore.hal.robot import Robot
 from robotcore.hal.simulation_state import SimulationState
 
+__all__ = ["KIND", "Gamepad", "GamepadDescription", "GamepadSample", "ScriptedInput"]
+
 AXES = ("left_x", "left_y", "right_x", "right_y")
 """The axes of the sticks, from -1 to 1."""
 

@@ -17,6 +17,8 @@ from robotcore.hal.device_test import REVERSED, DeviceTest
 from robotcore.hal.kind import Kind
 from robotcore.hal.simulation_state import SimulationState
 
+__all__ = ["KIND", "Imu", "ImuDescription", "ImuSample"]
+
 
 class ImuDescription(SensorDescription):
     """An inertial measurement unit. The errors are those of a simulated one."""

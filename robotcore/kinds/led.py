@@ -16,6 +16,8 @@ from robotcore.hal.kind import Kind, assert_limited, assert_refused
 from robotcore.hal.robot import Robot
 from robotcore.hal.simulation_state import SimulationState
 
+__all__ = ["KIND", "Led", "LedDescription"]
+
 Brightness = tuple[float, float, float]
 """The brightness of red, green and blue, each from 0 to 1."""
 

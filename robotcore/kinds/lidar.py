@@ -20,6 +20,8 @@ from robotcore.hal.kind import Kind
 from robotcore.hal.robot import Robot
 from robotcore.hal.simulation_state import SimulationState
 
+__all__ = ["KIND", "Lidar", "LidarDescription", "Scan"]
+
 Array = NDArray[np.float64]
 
 DISTANCE_DECIMALS = 3

@@ -15,6 +15,8 @@ from robotcore.hal.device_test import IN_OTHER_ORDER, INVERTED, DeviceTest
 from robotcore.hal.kind import Kind
 from robotcore.hal.simulation_state import SimulationState
 
+__all__ = ["KIND", "Darkness", "LineSensor", "LineSensorDescription"]
+
 LUMINANCE = np.array((0.299, 0.587, 0.114)) / 255
 """The weights of red, green and blue in the brightness of a surface. Source: ITU-R BT.601."""
 

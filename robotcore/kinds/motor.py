@@ -14,6 +14,8 @@ from robotcore.hal.device import Actuator, build_invalid_command
 from robotcore.hal.kind import Kind
 from robotcore.kinds.device_tests.wheels import test_motors
 
+__all__ = ["KIND", "Motor", "MotorDescription"]
+
 MIN_LAG_S = 1e-4
 """The shortest lag other than 0, in seconds. Simulators have longer time steps, so a shorter lag has no effect."""
 

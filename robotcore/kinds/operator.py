@@ -13,6 +13,8 @@ from robotcore.hal.device import Sensor, Unit
 from robotcore.hal.kind import Kind
 from robotcore.text import format_number
 
+__all__ = ["KIND", "Operator", "OperatorCommand", "OperatorDescription", "OperatorSample"]
+
 
 class OperatorDescription(DeviceDescription):
     """The person who drives a robot. A run with ``has_operator`` adds this device, so no robot's file has it."""

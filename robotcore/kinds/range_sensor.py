@@ -22,6 +22,8 @@ from robotcore.hal.simulation_state import SimulationState
 from robotcore.kinds.device_tests.ranges import test_ranges
 from robotcore.raycast import FAN_SETBACK_M, Fan
 
+__all__ = ["KIND", "Range", "RangeSensor", "RangeSensorDescription"]
+
 RAYS = 9
 """The number of rays that show the cone of a sensor."""
 

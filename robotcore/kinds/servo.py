@@ -19,6 +19,8 @@ from robotcore.hal.robot import Robot
 from robotcore.hal.simulation_state import SimulationState
 from robotcore.kinds.device_tests.servos import test_servos
 
+__all__ = ["KIND", "Servo", "ServoDescription"]
+
 
 class ServoDescription(DeviceDescription):
     """A servo, which turns to an angle and holds it."""

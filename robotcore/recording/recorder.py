@@ -27,6 +27,8 @@ from robotcore.threads import start_thread
 if TYPE_CHECKING:
     from robotcore.recording.ring import Ring
 
+__all__ = ["Recorder"]
+
 T = TypeVar("T")
 
 QUEUE_BYTES = 32 * 2**20

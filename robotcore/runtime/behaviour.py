@@ -21,6 +21,8 @@ from robotcore.runtime.needs import Need
 if TYPE_CHECKING:
     from typing_extensions import Self
 
+__all__ = ["Behaviour", "Status", "Stopping"]
+
 
 class Status(Enum):
     """The result of a behaviour's step."""

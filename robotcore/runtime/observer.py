@@ -19,6 +19,8 @@ from robotcore.runtime.tick_statistics import TickStatistics
 from robotcore.runtime.trace import TickRecord
 from robotcore.safety.latch import EmergencyStop
 
+__all__ = ["Observer", "RunContext"]
+
 
 @dataclass(frozen=True)
 class RunContext:

@@ -9,6 +9,8 @@ from enum import Enum
 from robotcore.errors import Interrupted, RobotcoreError, RoutineError, SafetyStop
 from robotcore.text import pluralize
 
+__all__ = ["Outcome", "RunResult", "WrittenNote"]
+
 
 class Outcome(str, Enum):
     """How a run ended, before its verification."""

@@ -16,6 +16,8 @@ from robotcore.errors import BehaviourError, RobotcoreError, UnknownNameError, U
 from robotcore.runtime.behaviour import Behaviour
 from robotcore.runtime.forks import end_forks
 
+__all__ = ["Interval", "Positive"]
+
 Positive = Annotated[float, Field(gt=0, allow_inf_nan=False)]
 """The type of a setting that is a finite number above 0."""
 
