@@ -80,8 +80,8 @@ PROJECT = Template(
     "project",
     "my-robot",
     (
-        "sh ci.sh install",
         "robotcore run search.py --robot my_robot.toml --world room.toml --seed 7",
+        "sh ci.sh install",
         "sh ci.sh",
         "robotcore deploy push pi@rover.local",
     ),
