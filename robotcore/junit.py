@@ -8,6 +8,7 @@ from datetime import datetime, timezone
 from enum import Enum
 from xml.etree import ElementTree as ET
 
+from robotcore.errors import BehaviourError, RobotcoreError
 from robotcore.text import escape
 
 
@@ -81,6 +82,28 @@ class JUnitSuite:
 
     date: datetime | None = None
     """The time of the results, with its time zone; None if it is unknown."""
+
+
+def build_error_suite(group: str, name: str, command: str, error: RobotcoreError) -> JUnitSuite:
+    """Return a suite with one case, which could not check anything because of an error.
+
+    group: the group of the case.
+    name: the name of the case.
+    command: the command line that repeats it.
+    """
+    case = JUnitCase(group, name, problem=build_error_problem(error, command))
+    return JUnitSuite(f"{group} of {name}", [case], {"command": command})
+
+
+def build_error_problem(error: RobotcoreError, command: str) -> Problem:
+    """Return an error as the problem of a case, with the traceback of an app's error.
+
+    command: the command line that repeats the case.
+    """
+    trace = error.traceback if isinstance(error, BehaviourError) else ""
+    text = "\n".join(part for part in (str(error), trace) if part)
+    first = str(error).partition("\n")[0]
+    return Problem(Verdict.ERROR, error.kind, first, f"{text}\n\nRepeat the command: {command}")
 
 
 def format_junit(suites: Sequence[JUnitSuite]) -> bytes:

@@ -3,14 +3,15 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Collection, Mapping, Sequence
+from collections.abc import Collection, Iterator, Mapping, Sequence
+from contextlib import contextmanager
 from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 from robotcore.cli.options import refuse_without
 from robotcore.cli.output import write_failure
-from robotcore.errors import UsageError
+from robotcore.errors import RobotcoreError, UsageError
 from robotcore.files import require_writable, save_output
 
 if TYPE_CHECKING:
@@ -88,6 +89,32 @@ def write_junit(suites: Sequence[JUnitSuite], file: Path) -> None:
     from robotcore.junit import format_junit
 
     save_output(format_junit(suites), file, JUNIT)
+
+
+def write_error_suite(file: Path | None, group: str, name: str, command: str, error: RobotcoreError) -> None:
+    """Write a JUnit file with an error, so that a CI server shows it. If the file cannot be written, print that.
+
+    file: the JUnit file; None for none.
+    group, name: the group and the name of the test case.
+    command: the command line that repeats it.
+    """
+    from robotcore.junit import build_error_suite
+
+    try:
+        if file:
+            write_junit([build_error_suite(group, name, command, error)], file)
+    except UsageError as unwritten:  # the caller reports the first error
+        write_failure(str(unwritten))
+
+
+@contextmanager
+def report_error(file: Path | None, group: str, name: str, command: str) -> Iterator[None]:
+    """Call `write_error_suite` if the ``with`` block raises RobotcoreError."""
+    try:
+        yield
+    except RobotcoreError as error:
+        write_error_suite(file, group, name, command, error)
+        raise
 
 
 def build_recorder(

@@ -3,8 +3,7 @@
 from __future__ import annotations
 
 import shlex
-from collections.abc import Iterator, Mapping
-from contextlib import contextmanager
+from collections.abc import Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -12,16 +11,17 @@ import click
 
 from robotcore.cli.command_classes import AnsweringCommand
 from robotcore.cli.options import parse_pair, refuse_without
-from robotcore.cli.output import redirect_prints, write, write_failure, write_json, write_line
+from robotcore.cli.output import redirect_prints, write, write_json, write_line
 from robotcore.cli.output_files import (
     finish_recording,
+    report_error,
     require_different,
     require_distinct,
     require_junit_file,
     require_suffix,
     write_junit,
 )
-from robotcore.errors import Interrupted, RobotcoreError, UsageError
+from robotcore.errors import Interrupted, UsageError
 
 if TYPE_CHECKING:
     from robotcore.recording import Recording
@@ -172,20 +172,22 @@ def replay(
         flags = {"--require-equal": must_be_equal, "--json": as_json}
         return _watch(file, watch, app, settings, outputs, flags, is_forced=is_forced)
     from robotcore.recording import read
+    from robotcore.recording.replay import ReplayRecorder
     from robotcore.view.page import require_writable
 
     for option, output in (("--picture", picture), ("--record", record), ("--junit", junit)):
         require_distinct(option, output, file)
     require_different(picture=picture, record=record, junit=junit)
     require_junit_file(junit)
+    _require_recordable(record, is_forced=is_forced)
     if picture:
         require_writable(picture)
     options = [*(f"--app={name}" for name in filter(None, [app])), *(f"--set={key}={value}" for key, value in settings)]
     options += ["--require-equal"] if must_be_equal else []
     line = shlex.join(["robotcore", "replay", *options, str(file)])
-    with _report_failure(junit, file, line):
+    with report_error(junit, "replay", str(file), line):
         recording = read(file)
-        recorder = _build_replay_recorder(recording, record, is_forced=is_forced)
+        recorder = ReplayRecorder(record, recording) if record else None
         with redirect_prints(as_json=as_json):
             result = _replay(recording, file, app, dict(settings), recorder, must_be_equal=must_be_equal)
     _, recorded = finish_recording(result.result, recorder) if recorder else (None, "")
@@ -194,7 +196,9 @@ def replay(
     else:
         _write_replay(result)
     if junit and not isinstance(result.result.error, Interrupted):
-        _write_suite(junit, file, line, result)
+        from robotcore.view.replay_suite import build_suite
+
+        write_junit([build_suite(file, line, result)], junit)
         write_line(f"The JUnit file: {junit}", is_error=as_json)
     if picture:
         _draw_replay(recording, result, picture)
@@ -244,15 +248,12 @@ def _watch(
     return watch_app(watched, first, later, is_quiet=flags["--json"])
 
 
-def _build_replay_recorder(recording: Recording, file: Path | None, *, is_forced: bool) -> Recorder | None:
+def _require_recordable(file: Path | None, *, is_forced: bool) -> None:
     refuse_without("a recording", "Add --record FILE.mcap", force=is_forced and file is None)
-    if file is None:
-        return None
-    from robotcore.recording.mcap_file import require_recordable
-    from robotcore.recording.replay import ReplayRecorder
+    if file:
+        from robotcore.recording.mcap_file import require_recordable
 
-    require_recordable(file, is_forced=is_forced)
-    return ReplayRecorder(file, recording)
+        require_recordable(file, is_forced=is_forced)
 
 
 def _replay(
@@ -272,29 +273,9 @@ def _replay(
     return replay(recording, file, app=app, recorder=recorder)
 
 
-@contextmanager
-def _report_failure(junit: Path | None, file: Path, line: str) -> Iterator[None]:
-    """Write the JUnit file if the ``with`` block raises RobotcoreError, so that a CI server shows the recording."""
-    try:
-        yield
-    except RobotcoreError as error:
-        if junit:
-            try:
-                _write_suite(junit, file, line, error)
-            except UsageError as unwritten:
-                write_failure(str(unwritten))
-        raise
-
-
-def _write_suite(junit: Path, file: Path, line: str, ended: ReplayResult | Evaluation | RobotcoreError) -> None:
-    from robotcore.view.replay_suite import build_suite
-
-    write_junit([build_suite(file, line, ended)], junit)
-
-
 def _write_replay(result: ReplayResult | Evaluation) -> None:
     from robotcore.cli.output import write_error
-    from robotcore.errors import DeviationError, RecordingEndedError
+    from robotcore.errors import DeviationError, RecordingEndedError, RobotcoreError
     from robotcore.view.text import format_replay
 
     write(format_replay(result))

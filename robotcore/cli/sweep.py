@@ -12,7 +12,7 @@ import click
 from robotcore.cli.command_classes import AnsweringCommand
 from robotcore.cli.options import FolderType, parse_count, parse_names, parse_seconds, run_options
 from robotcore.cli.output import redirect_prints, write_line
-from robotcore.cli.output_files import require_junit_file, write_junit
+from robotcore.cli.output_files import report_error, require_junit_file, write_error_suite, write_junit
 from robotcore.cli.sweep_output import show_resumed, show_sweep
 from robotcore.errors import BackendError, Interrupted, RobotcoreError, UsageError
 from robotcore.files import require_writable, save_output
@@ -141,11 +141,14 @@ def command(
     sweep = Sweep(_make_request(**values), backends, worlds, parse_seeds(seeds))
     engine = _make_engine(cluster, jobs, wall_timeout_s, backends)
     results = Results(sweep, out, deletes_old_results=fresh)
-    with redirect_prints(as_json=as_json):
+    app = str(values["app"])
+    with report_error(junit, "sweep", app, line), redirect_prints(as_json=as_json):
         has_verify = preflight(sweep)
         ended_by: Interrupted | RobotcoreError | None = _execute_missing_runs(results, engine, is_quiet=as_json)
     written: list[str] = []
-    if not ended_by:
+    if isinstance(ended_by, RobotcoreError):
+        write_error_suite(junit, "sweep", app, line, ended_by)
+    elif not ended_by:
         try:
             for output in _write_outputs(results, line, bounds, report, junit, badge):
                 written.append(output)  # noqa: PERF402  an error keeps the outputs before it

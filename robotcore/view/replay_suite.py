@@ -5,10 +5,13 @@ from __future__ import annotations
 from importlib.metadata import version
 from pathlib import Path
 
-from robotcore.errors import BehaviourError, RobotcoreError
-from robotcore.junit import JUnitCase, JUnitSuite, Problem, Verdict
+from robotcore.errors import RobotcoreError
+from robotcore.junit import JUnitCase, JUnitSuite, Problem, Verdict, build_error_problem
 from robotcore.recording.replay import Evaluation, ReplayResult
 from robotcore.view.text import list_differences, list_findings
+
+GROUP = "replay"
+"""The group of the case."""
 
 DEVIATION = "deviation"
 """The kind of the problem of a decision that differs from the recorded one."""
@@ -16,47 +19,27 @@ DEVIATION = "deviation"
 CHANGED = "recording-changed"
 """The kind of the problem of a recording whose digest is not that of its decisions."""
 
-_NAME = "replay"
 
-
-def build_suite(file: Path, command: str, ended: ReplayResult | Evaluation | RobotcoreError) -> JUnitSuite:
-    """Return a suite whose only case is a recording.
+def build_suite(file: Path, command: str, replay: ReplayResult | Evaluation) -> JUnitSuite:
+    """Return a suite whose only case is a recording. It passes if the exit status of the replay is 0.
 
     file: the recording.
     command: the command line of the replay, which repeats it.
-    ended: the result of the replay, or the error because of which there is none.
-
-    The case passes if the exit status of the command is 0.
     """
-    if isinstance(ended, RobotcoreError):
-        case = JUnitCase(_NAME, str(file), problem=_build_error(ended, command))
-    else:
-        lines = list(list_findings(ended) if isinstance(ended, ReplayResult) else list_differences(ended))
-        problem = _find_problem(ended, lines, command)
-        output = "" if problem else "\n".join(lines)
-        case = JUnitCase(_NAME, str(file), ended.result.wall_time_s, problem, output)
-    facts = {"command": command, "robotcore": version("robotcore")}
-    return JUnitSuite(f"{_NAME} of {file}", [case], facts)
+    lines = list(list_findings(replay) if isinstance(replay, ReplayResult) else list_differences(replay))
+    problem = _find_problem(replay, "\n".join(lines), command) if replay.exit_status else None
+    output = "" if problem else "\n".join(lines)
+    case = JUnitCase(GROUP, str(file), replay.result.wall_time_s, problem, output)
+    return JUnitSuite(f"{GROUP} of {file}", [case], {"command": command, "robotcore": version("robotcore")})
 
 
-def _find_problem(ended: ReplayResult | Evaluation, lines: list[str], command: str) -> Problem | None:
-    if not ended.exit_status:
-        return None
-    if isinstance(ended, Evaluation) and isinstance(ended.result.error, RobotcoreError) and not ended.is_at_end:
-        return _build_error(ended.result.error, command)
+def _find_problem(replay: ReplayResult | Evaluation, findings: str, command: str) -> Problem:
+    error = replay.result.error
+    if isinstance(replay, Evaluation) and isinstance(error, RobotcoreError) and not replay.is_at_end:
+        return build_error_problem(error, command)
     kind, message = DEVIATION, "the end of the run, or the sensors that were read, differ"
-    if deviation := ended.deviation if isinstance(ended, ReplayResult) else ended.first_difference:
+    if deviation := replay.deviation if isinstance(replay, ReplayResult) else replay.first_difference:
         message = deviation.lines[0]
-    elif isinstance(ended, ReplayResult):
+    elif isinstance(replay, ReplayResult):
         kind, message = CHANGED, "the recording was changed after the run"
-    return Problem(Verdict.FAILURE, kind, message, _add_command("\n".join(lines), command))
-
-
-def _build_error(error: RobotcoreError, command: str) -> Problem:
-    trace = error.traceback if isinstance(error, BehaviourError) else ""
-    details = _add_command("\n".join(part for part in (str(error), trace) if part), command)
-    return Problem(Verdict.ERROR, error.kind, str(error).partition("\n")[0], details)
-
-
-def _add_command(text: str, command: str) -> str:
-    return f"{text}\n\nRepeat the replay: {command}"
+    return Problem(Verdict.FAILURE, kind, message, f"{findings}\n\nRepeat the command: {command}")

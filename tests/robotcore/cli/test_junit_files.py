@@ -12,7 +12,7 @@ from unittest.mock import Mock
 import pytest
 
 from robotcore import RunRequest
-from robotcore.errors import BackendError
+from robotcore.errors import BackendError, Interrupted
 from tests.robotcore.cli.conftest import Cli
 from tests.robotcore.junit_schema import read_junit
 from tests.texts import CheckText
@@ -66,14 +66,41 @@ def test_a_sweep_writes_its_runs_and_its_gate_also_from_saved_results(cli: Cli, 
 
 
 @pytest.mark.slow
-def test_a_sweep_that_did_not_end_keeps_the_old_files(
+def test_a_sweep_whose_engine_fails_is_a_case_with_an_error(
     cli: Cli, requests: list[RunRequest], monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr("robotcore.sweep.engine.LocalEngine.perform", Mock(side_effect=BackendError("gone")))
+    Path("sweep.svg").write_text("old")
+    assert cli(*SWEEP, "--junit", "sweep.xml", "--badge", "sweep.svg").status == 3
+    assert list_problems("sweep.xml") == [("error", "backend")]
+    assert Path("sweep.svg").read_text() == "old"
+
+
+@pytest.mark.slow
+def test_an_interrupted_sweep_keeps_the_old_files(
+    cli: Cli, requests: list[RunRequest], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("robotcore.sweep.engine.LocalEngine.perform", Mock(side_effect=Interrupted(signal.SIGTERM)))
     for name in ("sweep.xml", "sweep.svg"):
         Path(name).write_text("old")
-    assert cli(*SWEEP, "--junit", "sweep.xml", "--badge", "sweep.svg").status == 3
+    assert cli(*SWEEP, "--junit", "sweep.xml", "--badge", "sweep.svg").status == 128 + signal.SIGTERM
     assert [Path(name).read_text() for name in ("sweep.xml", "sweep.svg")] == ["old", "old"]
+
+
+@pytest.mark.slow
+def test_an_app_that_cannot_be_imported_is_a_case_with_its_traceback(cli: Cli, requests: list[RunRequest]) -> None:
+    Path("broken.py").write_text("1 / 0\n")
+    done = cli("sweep", "broken.py", "--junit", "sweep.xml")
+    assert (done.status, requests) == (5, [])
+    assert list_problems("sweep.xml") == [("error", "app-not-importable")]
+    text = read_junit(Path("sweep.xml").read_bytes()).findtext(".//error") or ""
+    assert 'File "broken.py", line 1' in text
+    assert text.endswith("\nRepeat the command: robotcore sweep broken.py --junit sweep.xml")
+
+
+def test_a_wrong_name_is_a_case_with_an_error(cli: Cli) -> None:
+    assert cli("sweep", "green-serch", "--junit", "sweep.xml").status == 2
+    assert list_problems("sweep.xml") == [("error", "unknown-app")]
 
 
 @pytest.mark.slow
@@ -138,7 +165,7 @@ def test_a_replay_passes_and_fails_as_its_exit_status_says(cli: Cli, recording: 
     assert failure is not None
     assert failure.attrib == {"type": "deviation", "message": "tick 0, at 0 s, the command differs"}
     assert "\n  recorded: left " in (failure.text or "")
-    assert (failure.text or "").endswith("\nRepeat the replay: robotcore replay --app=steady.py run.mcap")
+    assert (failure.text or "").endswith("\nRepeat the command: robotcore replay --app=steady.py run.mcap")
 
 
 @pytest.mark.slow
@@ -219,6 +246,7 @@ def test_an_error_is_reported_also_if_its_junit_file_cannot_be_written(
         (("--junit", "replay.txt"), "file-ending"),
         (("--junit", "nowhere/replay.xml"), "file-not-writable"),
         (("--junit", "x.xml", "--record", "x.xml"), "same-output"),
+        (("--junit", "x.xml", "--force"), "option-without-effect"),
         (("--junit", "x.png", "--picture", "sub/../x.png"), "same-output"),
     ],
 )
