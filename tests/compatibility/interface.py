@@ -5,32 +5,32 @@ from __future__ import annotations
 import ast
 import inspect
 from collections.abc import Iterator, Mapping
+from importlib import import_module
 from importlib.metadata import entry_points
 from pathlib import Path
 from typing import Any
 
 import click
 
-import robotcore
+from docs.generator.public_names import MODULES, is_ours, list_public_names
 from robotcore import errors
 from robotcore.cli.main import robotcore as command_line
 from robotcore.description import RobotDescription, WorldDescription
-from robotcore.hal.backend import Backend, Setup
-from robotcore.hal.kind import Kind
-from robotcore.hardware import DeviceDriver
+from robotcore.hal.device import Device
 from robotcore.plugins import APPS, BACKENDS, DEVICES, FAULTS, KINDS, load_registered
-from robotcore.runtime.result import RunResult
-from robotcore.testing import ConformanceSuite, MockRobot
 
 ROOT = Path(__file__).parents[2]
 SOURCES = ("robotcore", "drivers", "apps")
 GROUPS = (APPS, BACKENDS, DEVICES, FAULTS, KINDS)
-EXTENDED = (Backend, Setup, Kind, DeviceDriver, RunResult, ConformanceSuite, MockRobot)
-"""The classes that drivers, kinds and tests of other packages use, besides the names of `robotcore`."""
 
 
 def describe_interface() -> dict[str, Any]:
     """Return the interface as JSON: mappings from a name to the names in it."""
+    names = {
+        f"{module}.{name}": getattr(import_module(module), name)
+        for module in MODULES
+        for name in list_public_names(module)
+    }
     return {
         "commands": {" ".join(path): sorted(options) for path, options in _list_commands(command_line)},
         "errors": {
@@ -39,8 +39,8 @@ def describe_interface() -> dict[str, Any]:
             if isinstance(each, type) and issubclass(each, errors.RobotcoreError)
         },
         "error_kinds": sorted(set(_list_error_kinds())),
-        "names": {name: _list_parameters(getattr(robotcore, name)) for name in robotcore.__all__},
-        "classes": {each.__name__: _list_members(each) for each in EXTENDED},
+        "names": {name: _list_parameters(value) for name, value in names.items()},
+        "classes": {name: _list_members(value) for name, value in names.items() if isinstance(value, type)},
         "registered": {group: sorted({each.name for each in entry_points(group=group)}) for group in GROUPS},
         "robot_keys": list_keys(RobotDescription.model_json_schema()),
         "world_keys": list_keys(WorldDescription.model_json_schema()),
@@ -106,5 +106,16 @@ def _list_parameters(value: Any) -> list[str]:
 
 
 def _list_members(value: type) -> list[str]:
-    fields = [name for base in value.__mro__ for name in vars(base).get("__annotations__", {})]
-    return sorted({name for name in (*dir(value), *fields) if not name.startswith("_")})
+    """Return the public members of a class and, of a device, the hooks that a driver implements."""
+    members = {
+        name: member
+        for base in reversed(value.__mro__)
+        if is_ours(base)
+        for name, member in ({**vars(base).get("__annotations__", {}), **vars(base)}).items()
+    }
+    hooks = {
+        name
+        for name, member in members.items()
+        if issubclass(value, Device) and name.startswith("_") and not name.startswith("__") and member.__doc__
+    }
+    return sorted({name for name in members if not name.startswith("_")} | hooks)
