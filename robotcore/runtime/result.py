@@ -48,8 +48,10 @@ class RunResult:
     >>> result = run(RunRequest("avoid-obstacles", settings={"duration_s": 1.0}))
     >>> result
     RunResult(avoid-obstacles on kinematic: success, 21 ticks, 1.0 s)
-    >>> result.outcome is Outcome.SUCCESS, result.exit_status
-    (True, 0)
+    >>> result.outcome is Outcome.SUCCESS, result.exit_status, result.contacts
+    (True, 0, 0)
+    >>> result.sim_time_s, result.error is None
+    (1.0, True)
     """
 
     app: str
