@@ -58,7 +58,6 @@ OUTPUT_FAILED = 1
         "calibrate",
         "doctor",
         "test-devices",
-        "calibrate",
         "firmware",
         "deploy",
         "stop",

@@ -44,8 +44,14 @@ The observation is a list with the number of the part whose wire belongs to each
 reversed.
 """
 
-FLIPPED_HORIZONTALLY, FLIPPED_VERTICALLY, ROTATED_180 = "mirrored", "upside-down", "rotated"
-"""The columns, the rows, or both, of a camera's pictures have the opposite order."""
+FLIPPED_HORIZONTALLY = "mirrored"
+"""The columns of a camera's pictures have the opposite order."""
+
+FLIPPED_VERTICALLY = "upside-down"
+"""The rows of a camera's pictures have the opposite order."""
+
+ROTATED_180 = "rotated"
+"""The columns and the rows of a camera's pictures have the opposite order."""
 
 RED_AND_BLUE_SWAPPED = "red-and-blue-swapped"
 """A camera's pictures have red in place of blue."""
