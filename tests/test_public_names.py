@@ -17,7 +17,7 @@ from typing import Any
 
 import pytest
 
-from tests.public_names import MODULES, find_assignments, is_ours, list_public_names, parse_module
+from docs.generator.public_names import MODULES, find_assignments, is_ours, list_public_names, parse_module
 
 
 def find_mistake(module: str, name: str) -> str:

@@ -16,6 +16,7 @@ from unittest.mock import create_autospec
 import numpy as np
 import pytest
 
+from docs.generator.public_names import MODULES, list_public_names
 from robotcore import Outcome, RunRequest, run
 from robotcore.cli.main import execute
 from robotcore.cli.scaffold import DRIVER, make
@@ -26,7 +27,6 @@ from robotcore.sweep.single_run import RunOutput, perform
 from robotcore.testing import ConformanceSuite, MockRobot, TestSupport
 from tests.docs.listings import ROOT, list_commands, list_listings, read_pages
 from tests.docs.reader_files import is_python_file
-from tests.public_names import MODULES, list_public_names
 
 PAGES = read_pages()
 TEMPLATES = ROOT / "robotcore" / "cli" / "scaffold" / "templates"

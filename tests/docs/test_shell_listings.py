@@ -37,6 +37,7 @@ UNINSTALLED = {
 
 RUN_BY = {
     "docs/apps.md": "test_console_listings",
+    "docs/index.md": "test_get_started_page",
     "docs/interactive.md": "test_console_listings",
     "docs/manoeuvres.md": "test_console_listings",
     "docs/navigation.md": "test_console_listings",

@@ -1,17 +1,15 @@
-"""The public names of robotcore, from the table of public modules that the documentation site reads too."""
+"""The public names of robotcore, which the reference shows and the tests check."""
 
 from __future__ import annotations
 
 import ast
-import runpy
 from functools import cache
 from importlib import import_module
 from pathlib import Path
 from typing import Any
 
-ROOT = Path(__file__).resolve().parents[1]
-TABLE = ROOT / "docs" / "site" / "public_modules.py"
-PUBLIC_MODULES: dict[str, list[str]] = runpy.run_path(str(TABLE))["PUBLIC_MODULES"]
+from docs.generator.public_modules import PUBLIC_MODULES
+
 MODULES = [module for modules in PUBLIC_MODULES.values() for module in modules]
 
 
