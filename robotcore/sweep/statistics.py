@@ -237,12 +237,13 @@ class Requirement:
 
 def list_missed_requirements(requirements: Sequence[Requirement], groups: Sequence[Group]) -> list[str]:
     """Return a line of text for each group and each requirement that it misses, with the group's value."""
-    return [
-        f"{group.backend}, {group.world}: {each.measure} is {each.format_value(group)}, required {each}"
-        for each in requirements
-        for group in groups
-        if not each.is_met_by(group)
-    ]
+    return [format_miss(each, group) for each in requirements for group in groups if not each.is_met_by(group)]
+
+
+def format_miss(requirement: Requirement, group: Group) -> str:
+    """Return a line of text for a group that misses a requirement, with the group's value."""
+    value = requirement.format_value(group)
+    return f"{group.backend}, {group.world}: {requirement.measure} is {value}, required {requirement}"
 
 
 @dataclass(frozen=True)
