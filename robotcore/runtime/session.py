@@ -457,6 +457,7 @@ def run(
     error, such as an unknown option of the backend or an exception of the app, stops every motor. It is in the result:
     ``error``, ``reason`` and ``exit_status``. Another thread calls ``on_forced_exit`` before the process ends.
 
+    >>> from robotcore import RunRequest
     >>> result = run(RunRequest("green-search", seed=7))
     >>> result.outcome.value, result.verified
     ('success', True)
