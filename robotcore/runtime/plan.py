@@ -110,7 +110,9 @@ class Plan:
         if behaviour.turns_on_spot:
             require_turn_on_spot(description)
         _require_window(request, backend)
-        _require_real_time(request, backend)
+        if request.rt:
+            require_real_time()
+            refuse_lockstep(backend)
         builds_world = backend.builds_world(description)
         _require_randomisable(request, backend, builds_world=builds_world)
         world, drawn = _load_world(request, description, builds_world=builds_world)
@@ -190,10 +192,8 @@ def _require_window(request: RunRequest, backend: Backend) -> None:
         )
 
 
-def _require_real_time(request: RunRequest, backend: Backend) -> None:
-    if not request.rt:
-        return
-    require_real_time()
+def refuse_lockstep(backend: Backend) -> None:
+    """Raise UsageError if real-time priority has no effect on a backend."""
     if Capability.LOCKSTEP in backend.capabilities:
         raise UsageError(
             f"--rt has no effect on the backend {backend.name!r}, because its time waits for each tick. Leave --rt "

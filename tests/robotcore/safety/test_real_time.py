@@ -8,12 +8,14 @@ import sys
 import threading
 from collections.abc import Iterator
 from contextlib import closing
+from importlib.metadata import EntryPoint
 from pathlib import Path
 from time import monotonic, sleep
 
 import pytest
 
-from robotcore import RunRequest
+from robotcore import RunRequest, plugins
+from robotcore.cli.main import execute
 from robotcore.errors import UsageError
 from robotcore.runtime.plan import Plan
 from robotcore.safety import real_time
@@ -164,3 +166,21 @@ def test_an_app_that_blocks_the_interpreter_at_real_time_priority_is_killed_and_
     assert hung.returncode == -signal.SIGKILL
     assert monotonic() - start < 15
     assert max(waits) < 3
+
+
+@granted
+@pytest.mark.slow
+def test_a_recorded_run_with_real_time_priority_replays_to_the_bit(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    registered = plugins._points
+    logging = EntryPoint("logging", "benchmarks.logging_robot:LoggingBackend", plugins.BACKENDS)
+    monkeypatch.setattr(
+        plugins,
+        "_points",
+        lambda group: {**registered(group), **({"logging": logging} if group == plugins.BACKENDS else {})},
+    )
+    file, diary = str(tmp_path / "run.mcap"), f"diary={tmp_path / 'diary'}"
+    run = ["run", "mark-green", "--backend", "logging", "--option", diary, "--timeout", "1", "--rt", "--record", file]
+    assert execute(run) == 1  # a timeout
+    assert execute(["replay", file]) == 0

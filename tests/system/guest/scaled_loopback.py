@@ -1,16 +1,21 @@
-"""The loopback test with longer time limits: python -m tests.system.guest.scaled_loopback doctor|child ARGUMENT..."""
+"""The loopback test with longer time limits and fewer trials, because an emulated processor is slow.
+
+python -m tests.system.guest.scaled_loopback doctor|child ARGUMENT...
+"""
 
 from __future__ import annotations
 
 import sys
 
-from drivers.raspberrypi.loopback import child, processes
+from drivers.raspberrypi.loopback import child, echoes, outputs, processes, stops
 from robotcore.cli.main import main
 from tests.system.guest.scaled_limits import scale_limits
 from tests.system.speed import scaled
 
 if __name__ == "__main__":
     scale_limits()
+    stops.TRIALS, echoes.ECHOES, outputs.TOGGLES = 1, 2, 10
+    outputs.LATE_S = scaled(outputs.LATE_S)
     processes.START_S, processes.END_S = scaled(processes.START_S), scaled(processes.END_S)
     processes.LoopbackProgram.command = [sys.executable, "-m", "tests.system.guest.scaled_loopback", "child"]
     if sys.argv[1] == "child":
