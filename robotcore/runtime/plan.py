@@ -32,6 +32,8 @@ from robotcore.runtime.success_verification import load_judge
 from robotcore.safety.range_guard import compute_stopping_distance
 from robotcore.safety.real_time import require_real_time
 
+__all__ = ["Plan"]
+
 DEFAULT_WORLD = "arena"
 MIN_RATE_HZ, MAX_RATE_HZ = 1.0, 1000.0
 

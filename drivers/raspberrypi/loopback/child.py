@@ -83,7 +83,7 @@ class LoopbackApp(Behaviour):
         self._ticks = (self._ticks + 1) % (DRIVING_TICKS + rest + 1)
         if request.action in ("tick", "drive") or self._ticks <= DRIVING_TICKS:
             motor.set_velocity(request.rad_s)
-            if len(self._times) == DRIVING_TICKS:
+            if len(self._times) == 2:
                 report("driving")
         if self._ticks == DRIVING_TICKS:
             self._end_trial(motor)

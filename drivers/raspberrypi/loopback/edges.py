@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from contextlib import ExitStack
 from threading import Event
 from typing import Any, NamedTuple
@@ -66,12 +67,23 @@ class EdgeRecorder:
                 return None
             Event().wait(WAIT_S)
 
-    def find_stop(self, since: float) -> float | None:
-        """Return the seconds from a time until the input was low for good; None if it is high now.
+    def find_stop(self, since: float, until: float) -> float | None:
+        """Return the seconds from a time until the input was low; None if it is high at the second time.
 
-        It is 0 if the input was low already.
+        It is 0 if the input was low already. The call waits for the second time.
         """
-        if self.is_high:
-            return None
-        falls = [edge.time for edge in tuple(self.edges) if not edge.is_high and edge.time >= since]
-        return falls[-1] - since if falls else 0.0
+        Event().wait(max(0.0, until - self._pins.ticks()) + WAIT_S)
+        return compute_stop(tuple(self.edges), since, until)
+
+
+def compute_stop(edges: Sequence[Edge], since: float, until: float) -> float | None:
+    """Return the seconds from ``since`` to the last falling edge before ``until``; None if a rising edge follows it.
+
+    >>> compute_stop([Edge(1.0, True), Edge(2.5, False), Edge(9.0, True)], since=2.0, until=3.0)
+    0.5
+    >>> compute_stop([Edge(1.0, True)], since=2.0, until=3.0)
+    """
+    before = [edge for edge in edges if edge.time < until]
+    if before and before[-1].is_high:
+        return None
+    return max(0.0, before[-1].time - since) if before else 0.0

@@ -98,8 +98,10 @@ class LoopbackProgram:
         except subprocess.TimeoutExpired:
             self._process.kill()
             self._process.wait()
-        for reader in self._readers:  # the guardian holds standard error open until it has stopped the motor
-            reader.join(END_S)
+        for reader, pipe in zip(self._readers, (self._process.stdout, self._process.stderr), strict=True):
+            reader.join(END_S)  # the guardian holds standard error open until it has stopped the motor
+            if pipe and not reader.is_alive():
+                pipe.close()
 
 
 @contextmanager

@@ -6,7 +6,6 @@ import signal
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import closing
 from pathlib import Path
-from threading import Event
 from typing import Any, NamedTuple
 
 from drivers.raspberrypi.cutoff import RELEASE_S
@@ -51,6 +50,9 @@ TRIALS = 3
 AFTER_S = 0.5
 """The pin is watched for this time after the bound, so that it stays low."""
 
+WINDOW_S = 0.5
+"""The pin is watched for this time after a stop, after which the same program turns the motor again."""
+
 
 def measure_stops(wires: Sequence[LoopbackWire], folder: Path, write: Callable[[str], object]) -> Iterator[RuleResult]:
     """Turn the motor at full duty in another program, stop it in each way, and yield the times at the pins."""
@@ -72,10 +74,9 @@ def _measure(way: StopWay, robot: str, wires: Sequence[LoopbackWire], pins: Any)
             with run_program(request) as program:
                 if program.await_event("driving") is None:
                     return RuleResult.skip(way.rule, f"the run failed: {program.describe_failure()}")
-                for _ in range(request.trials):
-                    if not _turns(forward, pins):
-                        return RuleResult.skip(way.rule, "the pin did not become high. Check wire 1")
-                    times.append(_stop_once(way, program, forward, pins))
+                if not _turns(forward, pins):
+                    return RuleResult.skip(way.rule, "the pin did not become high. Check wire 1")
+                times += [_stop_once(way, program, forward, pins) for _ in range(request.trials)]
         others = len(backward.edges)
     return _judge(way, times, others)
 
@@ -94,10 +95,7 @@ def _stop_once(way: StopWay, program: LoopbackProgram, forward: EdgeRecorder, pi
         if event is None:
             return None
         at = float(event["at"])
-    forward.wait_for(is_high=False, since=at, timeout_s=way.bound_s)
-    wait_s = way.bound_s + (AFTER_S if way.number or way.action == "block" else 0.05) - (pins.ticks() - at)
-    Event().wait(max(0.0, wait_s))
-    return forward.find_stop(at)
+    return forward.find_stop(at, at + (way.bound_s + AFTER_S if way.number or way.action == "block" else WINDOW_S))
 
 
 def _judge(way: StopWay, times: Sequence[float | None], others: int) -> RuleResult:

@@ -31,7 +31,8 @@ UNFINISHED = "the program ended before the test"
 """The value of ``ended`` while the test runs. It stays if the program is killed."""
 
 HIDDEN = "…"
-_PATH = re.compile(r"(?<![\w./…])/(?!dev/|proc/|sys/|etc/|boot/)[^\s:;,'\"()]+")
+_FILE = re.compile(r"[\w./~-]+\.(?:toml|py|json)\b")
+_PATH = re.compile(r"(?<![\w.…])/(?!dev/|proc/|sys/|etc/|boot/)[^\s:;,'\"()]+")
 _PROCESS = re.compile(r"process \d+(?: \([^)]*\))?")
 OPTION = "--report"
 
@@ -43,9 +44,7 @@ def hide_private(text: str) -> str:
     'GPIO 17 is held by another program'
     """
     text = _PROCESS.sub("another program", text)
-    for path in (str(Path.home()), str(Path.cwd())):
-        text = text.replace(path, HIDDEN) if path != "/" else text
-    text = _PATH.sub(HIDDEN, text)
+    text = _FILE.sub(HIDDEN, _PATH.sub(HIDDEN, text))
     for name in {platform.node(), platform.node().partition(".")[0], _find_user()} - {""}:
         text = re.sub(rf"(?<!\w){re.escape(name)}(?!\w)", HIDDEN, text)
     return text

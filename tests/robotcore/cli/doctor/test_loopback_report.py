@@ -57,6 +57,8 @@ def test_the_report_has_versions_and_the_model() -> None:
     "text, hidden",
     [
         (f"{Path.home()}/my/robot.toml: wrong", "…: wrong"),
+        ("my_robot.toml: wrong, at ../secret_app.py:12", "…: wrong, at …:12"),
+        ("/home/me/a folder", "… folder"),
         ("held by process 812 (secret_app)", "held by another program"),
         ("no permission for /dev/gpiochip0", "no permission for /dev/gpiochip0"),
         ("at 1000 edges/s, 3 / 4", "at 1000 edges/s, 3 / 4"),
@@ -64,7 +66,7 @@ def test_the_report_has_versions_and_the_model() -> None:
     ],
 )
 def test_private_parts_of_a_text_are_hidden(text: str, hidden: str) -> None:
-    assert hide_private(text).replace("……", "…") == hidden
+    assert hide_private(text) == hidden
 
 
 def test_a_row_has_the_columns_of_the_table(tmp_path: Path) -> None:
