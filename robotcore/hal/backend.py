@@ -22,6 +22,7 @@ from robotcore.plugins import BACKENDS, backend_names, load_registered
 
 if TYPE_CHECKING:
     from robotcore.hal.check_finding import Finding
+    from robotcore.hal.loopback import LoopbackRequest, LoopbackTest
     from robotcore.hal.wiring import Wiring
 
 __all__ = ["Backend", "Capability", "ModelExport", "Setup", "load_backend", "loadable_backends"]
@@ -274,6 +275,15 @@ class Backend(ABC):
         Raises DescriptionError for mistakes in the section.
         """
         return None
+
+    def plan_loopback(self, request: LoopbackRequest) -> LoopbackTest:
+        """Return the test of this machine's pins by wires between them, for `robotcore doctor --loopback`.
+
+        Raises UsageError if the backend has no such test, or if the request cannot be tested, and BackendError if this
+        machine has no pins that can be used.
+        """
+        text = f"the backend {self.name!r} has no pins to connect. Use --backend raspberrypi on a Raspberry Pi"
+        raise UsageError(text, kind="no-loopback", backend=self.name)
 
     @property
     def is_native_host(self) -> bool:
