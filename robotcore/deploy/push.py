@@ -11,10 +11,10 @@ from collections.abc import Iterator, Sequence
 from contextlib import contextmanager, suppress
 from dataclasses import dataclass, replace
 from datetime import datetime, timezone
-from importlib.metadata import version
 from pathlib import Path
 from tempfile import TemporaryDirectory
 
+from robotcore.compatibility import read_version
 from robotcore.deploy import checks, rsync
 from robotcore.deploy import health_progress as health
 from robotcore.deploy.agent.files import format_bytes, measure_size
@@ -227,7 +227,7 @@ def create_release(project: Project, requirements: tuple[str, ...] = (), check_l
         stop=("stop", "--backend", project.deploy.backend, "--robot", project.robot, *stop_options),
         requirements=requirements,
         checks=check_lines,
-        robotcore=version("robotcore"),
+        robotcore=read_version(),
         revision=_find_revision(project.folder),
         sender=f"{getpass.getuser()}@{platform.node()}",
         is_recorded=project.deploy.record,

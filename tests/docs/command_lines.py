@@ -48,6 +48,7 @@ NOT_CHECKED = {
     "ssh-copy-id": "needs a real robot",
     "sudo": "changes the system of a real robot",
     "dask": "a program of another project",
+    "docker": "tests/system/container builds the container with another program",
     "jupyter": "a program of another project",
 }
 """The programs whose arguments no test checks, and why."""
