@@ -99,6 +99,7 @@ def run_app(name: str) -> NoReturn:
 
     name: the app's name or file, as for ``robotcore run``.
 
+    >>> from robotcore.cli.main import __file__
     >>> if __name__ == "__main__":  # the last lines of an app's file
     ...     run_app(__file__)
     """
