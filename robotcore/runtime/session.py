@@ -19,6 +19,7 @@ from robotcore.errors import (
     ResourceError,
     RobotcoreError,
 )
+from robotcore.hal.backend import Capability
 from robotcore.hal.robot import Robot
 from robotcore.hal.truth import Truth
 from robotcore.hal.wall_clock import MonotonicClock
@@ -53,6 +54,7 @@ from robotcore.safety.latch import EmergencyStop
 from robotcore.safety.motor_stop import STOP_S
 from robotcore.safety.thread_reserve import Reserve
 from robotcore.safety.watchdog import ActivityMonitor, Watchdog
+from robotcore.threads import has_threads
 
 __all__ = ["Observer", "RunContext", "RunRequest", "RunResult", "run"]
 
@@ -65,6 +67,9 @@ SHUTDOWN_THREADS = 9
 The calls are the latch, the closing of the robot, the observers and ``on_forced_exit``. Others write two notes of the
 watchdog, one about steps that wait, one of an observer, and the lines of all threads.
 """
+
+NO_WATCHDOG = "this Python has no threads, and so no watchdog. If the app or the simulator hangs, the run does not end"
+"""The note of a run without threads."""
 
 
 T = TypeVar("T")
@@ -104,6 +109,9 @@ class RunSession:
             self._activity, self._on_timeout, self._end_after_hang, self._reserve, timeout_scale, self._add_note
         )
         self._close_limit = close_limit(plan.backend.name)
+        self._has_threads = has_threads() or Capability.LOCKSTEP not in plan.backend.capabilities
+        """Whether the run needs threads. Only a simulation in lockstep runs without them, since nothing real moves."""
+
         self._timeout_error: RobotcoreError | None = None
         self._assembled: AssembledRobot | None = None
         self._truth: Truth | None = None
@@ -195,8 +203,12 @@ class RunSession:
         return result
 
     def _run_under_watchdog(self) -> _Stages[Outcome]:
-        self._reserve.hold(SHUTDOWN_THREADS)
-        self._watchdog.start()
+        if self._has_threads:
+            self._reserve.hold(SHUTDOWN_THREADS)
+            self._watchdog.start()
+        else:
+            self._reserve.hold(threads=0)
+            self._notes.append(NO_WATCHDOG)
         try:
             return (yield from self._run_and_close())
         finally:
@@ -302,7 +314,7 @@ class RunSession:
             TickTimer(self._statistics),
             plan.backend.encoder_rate_hz,
         )
-        self._reserve.hold(len(raw.motors))
+        self._reserve.hold(len(raw.motors) if self._has_threads else 0)
         raw.clock.prepare_calls()
         return assembled
 
