@@ -17,6 +17,8 @@ from robotcore.cli.command_classes import LazyGroup
 from robotcore.cli.output import write_error, write_failure, write_line, write_lines, write_usage_error
 from robotcore.errors import Interrupted, RobotcoreError
 
+__all__ = ["execute", "run_app"]
+
 SIGNAL_BASE = 128
 """The exit status of a process that signal n ended is this plus n."""
 
@@ -56,7 +58,6 @@ OUTPUT_FAILED = 1
         "calibrate",
         "doctor",
         "test-devices",
-        "calibrate",
         "firmware",
         "deploy",
         "stop",
@@ -81,6 +82,11 @@ def run_app(name: str) -> NoReturn:
     """Run an app with this process's arguments, as ``robotcore run NAME`` does, and exit.
 
     An app's file calls this function, so that ``python FILE`` runs the app.
+
+    name: the app's name or file, as for ``robotcore run``.
+
+    >>> if __name__ == "__main__":  # the last lines of an app's file
+    ...     run_app(__file__)
     """
     _exit(execute(["run", name, *sys.argv[1:]]))
 
@@ -89,6 +95,8 @@ def execute(arguments: Sequence[str]) -> int:
     """Run one command, and return its exit status. If signal n ended the command, the status is 128 + n.
 
     A RobotcoreError and an invalid argument are reported on stderr. Any other exception is raised.
+
+    arguments: the words of the command line after ``robotcore``.
 
     >>> execute(["worlds", "--no-such-option"])
     2

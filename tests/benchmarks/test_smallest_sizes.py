@@ -34,6 +34,7 @@ EXACT = {
     "manoeuvres": "--runs 1 --squares 1",
     "foreign_kinds": "--runs 1",
     "painted_agreement": "--poses 1",
+    "project_ci": "--here --kinds project --workflows github",
     "replay": "--runs 1 --backends kinematic",
     "servo_sweep": "--sweeps 1",
     "success": "--seeds 1 --worlds open --backends kinematic --twice 1 --jobs 1",

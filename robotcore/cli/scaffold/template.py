@@ -81,11 +81,12 @@ PROJECT = Template(
     "my-robot",
     (
         "robotcore run search.py --robot my_robot.toml --world room.toml --seed 7",
-        "python -m pytest",
+        "sh ci.sh install",
+        "sh ci.sh",
         "robotcore deploy push pi@rover.local",
     ),
 )
-"""The template of a project with an app, a robot, a room, and their tests."""
+"""The template of a project with an app, a robot, a room, their tests, and a CI that runs them."""
 
 DRIVER = Template(
     "driver",
