@@ -4,10 +4,10 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from importlib import import_module
-from types import ModuleType
 
-from docs.generator.key_tables import read_summary
+from docs.generator.key_tables import read_docstrings, read_summary
 from docs.generator.public_modules import PUBLIC_MODULES
+from docs.generator.public_names import list_public_names
 
 ROOT_PACKAGE = "robotcore"
 
@@ -23,18 +23,10 @@ def name_page(title: str) -> str:
     return f"{title.lower().replace(' ', '-')}.md"
 
 
-def list_public_names(module: ModuleType) -> list[str]:
-    """Return the public names of a module: those in ``__all__``, or else those that it defines."""
-    if hasattr(module, "__all__"):
-        return sorted(module.__all__)
-    own = vars(module).items()
-    return sorted(name for name, value in own if name[0] != "_" and getattr(value, "__module__", "") == module.__name__)
-
-
 def _format_module(name: str) -> str:
     if name == ROOT_PACKAGE:
         return _format_root_package()
-    members = list_public_names(import_module(name))
+    members = list_public_names(name)
     return f"::: {name}\n    options:\n      members: {members}"
 
 
@@ -42,9 +34,11 @@ def _format_root_package() -> str:
     """Return a table of the names of `import robotcore`. Their own modules have the full text."""
     package = import_module(ROOT_PACKAGE)
     rows = ["| name | meaning |", "| --- | --- |"]
+    modules = map(import_module, PUBLIC_MODULES["Apps"] + PUBLIC_MODULES["Vision"])
+    constants = {name: text for module in modules for name, text in read_docstrings(module).items()}
     for name in sorted(package.__all__):
         value = getattr(package, name)
         is_object = getattr(value, "__module__", "").startswith(ROOT_PACKAGE)
         link = f"[`{name}`][{value.__module__}.{value.__qualname__}]" if is_object else f"`{name}`"
-        rows.append(f"| {link} | {read_summary(value)} |")
+        rows.append(f"| {link} | {read_summary(value) if is_object else constants.get(name) or read_summary(value)} |")
     return "## robotcore\n\nAn app, a notebook and a test of an app need only `import robotcore`.\n\n" + "\n".join(rows)

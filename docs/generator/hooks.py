@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable, Iterator
 from typing import Any
 
 from mkdocs.config.defaults import MkDocsConfig
@@ -11,11 +12,18 @@ from mkdocs.structure.pages import Page
 from docs.generator.api_pages import list_api_pages
 from docs.generator.command_pages import list_command_pages
 from docs.generator.error_pages import list_error_pages
+from docs.generator.notebook_pages import list_notebook_pages
 from docs.generator.outside_pages import DOCS, find_outside_pages, read_outside_page, rewrite_links
 from docs.generator.part_pages import list_part_pages
 
-PAGES = {"": list_part_pages, "api/": list_api_pages, "commands/": list_command_pages, "errors/": list_error_pages}
-"""The functions that yield the pages of the reference, by their folders."""
+PAGES: dict[str, Callable[[], Iterator[tuple[str, str | bytes]]]] = {
+    "reference": list_part_pages,
+    "reference/api": list_api_pages,
+    "reference/commands": list_command_pages,
+    "reference/errors": list_error_pages,
+    "notebooks": list_notebook_pages,
+}
+"""The functions that yield the names and the contents of pages, by their folders on the site."""
 
 _places = find_outside_pages()
 
@@ -25,8 +33,8 @@ def on_files(files: Files, config: MkDocsConfig) -> Files:
     for source, place in _places.items():
         files.append(File.generated(config, place, content=read_outside_page(source)))
     for folder, list_pages in PAGES.items():
-        for name, text in list_pages():
-            files.append(File.generated(config, f"reference/{folder}{name}", content=text))
+        for name, content in list_pages():
+            files.append(File.generated(config, f"{folder}/{name}", content=content))
     return files
 
 

@@ -7,6 +7,8 @@ import inspect
 from collections.abc import Iterator
 from enum import Enum
 from functools import cache
+from itertools import pairwise
+from types import ModuleType
 from typing import Any, get_args
 
 from pydantic import BaseModel
@@ -132,23 +134,26 @@ def _format_default(model: type[BaseModel], key: str) -> str:
 
 def _describe(model: type[BaseModel], key: str) -> str:
     for owner in model.__mro__:
-        if owner.__module__ != "builtins" and (text := _read_field_docstrings(owner).get(key)):
+        if owner.__module__ != "builtins" and (text := read_docstrings(owner).get(key)):
             return _escape(text)
     return ""
 
 
 @cache
-def _read_field_docstrings(owner: type) -> dict[str, str]:
-    """Return the docstrings below the fields in the body of a class, by the names of the fields."""
+def read_docstrings(owner: type | ModuleType) -> dict[str, str]:
+    """Return the docstrings below the fields of a class, or below the constants of a module, by their names."""
     try:
-        body = ast.parse(inspect.cleandoc("\n" + inspect.getsource(owner))).body[0]
+        tree = ast.parse(inspect.cleandoc("\n" + inspect.getsource(owner)))
     except (OSError, SyntaxError, TypeError):
         return {}
-    assert isinstance(body, ast.ClassDef)
+    body = tree.body if isinstance(owner, ModuleType) else getattr(tree.body[0], "body", [])
     found = {}
-    for field, text in zip(body.body, body.body[1:], strict=False):
+    for field, text in pairwise(body):
         match field, text:
-            case ast.AnnAssign(target=ast.Name(id=name)), ast.Expr(value=ast.Constant(value=value)):
+            case (
+                ast.AnnAssign(target=ast.Name(id=name)) | ast.Assign(targets=[ast.Name(id=name)]),
+                ast.Expr(value=ast.Constant(value=value)),
+            ):
                 found[name] = " ".join(str(value).split())
     return found
 

@@ -18,12 +18,18 @@ PUBLIC_MODULES: dict[str, list[str]] = {
         "robotcore.runtime.session",
         "robotcore.runtime.result",
         "robotcore.runtime.observer",
+        "robotcore.runtime.trace",
+        "robotcore.safety.velocity_limits",
+        "robotcore.safety.latch",
+        "robotcore.runtime.operator_input",
+        "robotcore.runtime.pace",
         "robotcore.runtime.plan",
         "robotcore.cli.main",
     ],
     "A robot at a prompt": [
         "robotcore.interactive.opening",
         "robotcore.interactive.live_robot",
+        "robotcore.interactive.live_drive",
     ],
     "Devices": [
         "robotcore.kinds.motor",
@@ -58,14 +64,23 @@ PUBLIC_MODULES: dict[str, list[str]] = {
     "Geometry": ["robotcore.geometry"],
     "Errors": ["robotcore.errors"],
     "Tests": ["robotcore.testing"],
-    "Faults": ["robotcore.runtime.faults"],
+    "Faults": ["robotcore.runtime.faults", "robotcore.runtime.layers.base"],
     "Descriptions of robots and worlds": ["robotcore.description"],
     "Recordings": [
         "robotcore.recording",
         "robotcore.recording.recorder",
         "robotcore.recording.replay",
     ],
-    "Sweeps": ["robotcore.sweep"],
+    "Sweeps and fidelity": [
+        "robotcore.sweep",
+        "robotcore.sweep.statistics",
+        "robotcore.fidelity.fidelity",
+    ],
+    "Deployment": [
+        "robotcore.deploy.host",
+        "robotcore.deploy.project",
+        "robotcore.deploy.push",
+    ],
     "Device drivers": [
         "robotcore.hardware",
         "robotcore.hal.wiring",
@@ -78,9 +93,11 @@ PUBLIC_MODULES: dict[str, list[str]] = {
         "robotcore.hal.device",
         "robotcore.hal.kind",
         "robotcore.hal.simulation_state",
+        "robotcore.hal.joint",
         "robotcore.hal.device_test",
         "robotcore.hal.clock",
         "robotcore.hal.wall_clock",
+        "robotcore.plugins",
     ],
 }
 """A mapping from the title of a page to its modules, in the order of the pages and of the modules on a page."""

@@ -17,7 +17,7 @@ from robotcore.cli.command_classes import LazyGroup
 from robotcore.cli.output import write_error, write_failure, write_line, write_lines, write_usage_error
 from robotcore.errors import Interrupted, RobotcoreError
 
-__all__ = ["main", "run_app"]
+__all__ = ["execute", "run_app"]
 
 SIGNAL_BASE = 128
 """The exit status of a process that signal n ended is this plus n."""
@@ -65,12 +65,26 @@ OUTPUT_FAILED = 1
     invoke_without_command=True,
     context_settings={"help_option_names": ["-h", "--help"]},
 )
-@click.version_option(package_name="robotcore", prog_name="robotcore", message="%(prog)s %(version)s")
+@click.option(
+    "--version",
+    is_flag=True,
+    expose_value=False,
+    is_eager=True,
+    callback=lambda context, _option, is_given: _write_version(context) if is_given else None,
+    help="Show the version and exit.",
+)
 @click.pass_context
 def robotcore(context: click.Context) -> None:
     """Write a robot's behaviour once, and run the same file in simulation and on the robot."""
     if context.invoked_subcommand is None:
         write_lines(context.get_help())
+
+
+def _write_version(context: click.Context) -> NoReturn:
+    from robotcore.compatibility import read_version
+
+    write_line(f"robotcore {read_version()}")
+    context.exit()
 
 
 def main() -> NoReturn:
@@ -82,6 +96,12 @@ def run_app(name: str) -> NoReturn:
     """Run an app with this process's arguments, as ``robotcore run NAME`` does, and exit.
 
     An app's file calls this function, so that ``python FILE`` runs the app.
+
+    name: the app's name or file, as for ``robotcore run``.
+
+    >>> from robotcore.cli.main import __file__
+    >>> if __name__ == "__main__":  # the last lines of an app's file
+    ...     run_app(__file__)
     """
     _exit(execute(["run", name, *sys.argv[1:]]))
 
@@ -90,6 +110,8 @@ def execute(arguments: Sequence[str]) -> int:
     """Run one command, and return its exit status. If signal n ended the command, the status is 128 + n.
 
     A RobotcoreError and an invalid argument are reported on stderr. Any other exception is raised.
+
+    arguments: the words of the command line after ``robotcore``.
 
     >>> execute(["worlds", "--no-such-option"])
     2

@@ -22,6 +22,7 @@ from robotcore.plugins import BACKENDS, backend_names, load_registered
 
 if TYPE_CHECKING:
     from robotcore.hal.check_finding import Finding
+    from robotcore.hal.loopback import LoopbackRequest, LoopbackTest
     from robotcore.hal.wiring import Wiring
 
 __all__ = ["Backend", "Capability", "ModelExport", "Setup", "load_backend", "loadable_backends"]
@@ -29,7 +30,12 @@ __all__ = ["Backend", "Capability", "ModelExport", "Setup", "load_backend", "loa
 
 @dataclass(frozen=True)
 class ModelExport:
-    """The model of a robot, and optionally of its world, in a text format such as URDF."""
+    """The model of a robot, and optionally of its world, in a text format such as URDF.
+
+    >>> model = ModelExport('<robot name="rover"/>', notes=("URDF has no range sensor",))
+    >>> model.notes, dict(model.pictures)
+    (('URDF has no range sensor',), {})
+    """
 
     text: str
     """The text of the model's file."""
@@ -43,7 +49,12 @@ OptionsT = TypeVar("OptionsT", bound=StrictModel)
 
 
 class Capability(str, Enum):
-    """An ability of a backend's simulator, such as to count contacts."""
+    """An ability of a backend's simulator, such as to count contacts.
+
+    >>> from robotcore.hal.backend import load_backend
+    >>> sorted(capability.value for capability in load_backend("kinematic").capabilities)
+    ['contacts', 'lockstep', 'pose']
+    """
 
     CONTACTS = "contacts"
     """The simulator counts the contacts of the robot with the world."""
@@ -118,7 +129,22 @@ class Setup:
 
 
 class Backend(ABC):
-    """The base class of backends. A backend opens robots in a simulator, or on a board."""
+    """The base class of backends. A backend opens robots in a simulator, or on a board.
+
+    >>> from robotcore import Robot
+    >>> from robotcore.description import load_robot
+    >>> from robotcore.hal.backend import Setup
+    >>> from robotcore.hal.clock import SteppedClock
+    >>> class Empty(Backend):
+    ...     name, summary = "empty", "opens a robot without devices"
+    ...
+    ...     def open(self, setup):
+    ...         return Robot(setup.robot.name, SteppedClock(setup.rate_hz, lambda steps: None), devices=[])
+    >>> setup = Setup(load_robot("rover"), None, devices=frozenset())
+    >>> with Empty().open(setup) as robot:
+    ...     robot
+    <Robot rover: t=0 s>
+    """
 
     name: ClassVar[str]
     """The backend's name, for the option --backend."""
@@ -250,6 +276,15 @@ class Backend(ABC):
         """
         return None
 
+    def plan_loopback(self, request: LoopbackRequest) -> LoopbackTest:
+        """Return the test of this machine's pins by wires between them, for `robotcore doctor --loopback`.
+
+        Raises UsageError if the backend has no such test, or if the request cannot be tested, and BackendError if this
+        machine has no pins that can be used.
+        """
+        text = f"the backend {self.name!r} has no pins to connect. Use --backend raspberrypi on a Raspberry Pi"
+        raise UsageError(text, kind="no-loopback", backend=self.name)
+
     @property
     def is_native_host(self) -> bool:
         """Whether this machine is a board that the backend drives, such as a Raspberry Pi."""
@@ -288,7 +323,11 @@ def load_backend(name: str) -> Backend:
 
 
 def loadable_backends() -> Iterator[Backend]:
-    """Yield all registered backends, sorted by name. Backends that cannot be imported are left out."""
+    """Yield all registered backends, sorted by name. Backends that cannot be imported are left out.
+
+    >>> [backend.summary for backend in loadable_backends() if backend.name == "mock"]
+    ['scripted readings, recorded commands; no physics']
+    """
     for name in backend_names():
         with suppress(BackendMissingError):
             yield load_backend(name)

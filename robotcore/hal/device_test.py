@@ -66,7 +66,13 @@ A command is a share of the range: 0 is the least angle, 1 the greatest, and oth
 
 @dataclass(frozen=True)
 class Question:
-    """A question about a device. A person answers it, or the truth of a simulator."""
+    """A question about a device. A person answers it, or the truth of a simulator.
+
+    >>> from robotcore.hal.device_test import YES_OR_NO
+    >>> question = Question("tone", "Does horn play a tone now?", YES_OR_NO)
+    >>> question.choices["y"]
+    'yes'
+    """
 
     topic: str
     """A name for the question within its device, such as ``wheel``. The option ``--answer`` refers to it."""
@@ -78,12 +84,20 @@ class Question:
 
 
 YES_OR_NO = {"y": "yes", "n": "no"}
+"""The choices of a question that a person answers with yes or no."""
 
 
 class DeviceTest(ABC):
     """A test of devices in progress. It moves and reads them, asks the person, and collects findings and corrections.
 
     A test lets time pass only by `run` and the methods that call it. Between these calls, all motors stand.
+
+    >>> from robotcore.hal.device_test import YES_OR_NO, Question
+    >>> def test_lamps(test: DeviceTest, lamps) -> None:  # `test_devices` of a Kind
+    ...     for lamp in lamps:
+    ...         test.repeat(lambda: test.robot[lamp.name].set_brightness(1.0), seconds=0.5)
+    ...         if test.ask(lamp.name, Question("on", f"Is {lamp.name} on?", YES_OR_NO)) == "y":
+    ...             test.confirm(lamp.name, "shines")
     """
 
     robot: Robot

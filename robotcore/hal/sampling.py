@@ -74,6 +74,7 @@ class DelayedSamples(Generic[SampleT]):
         then takes `REAL_TIME_HZ` samples in a second.
     name: the name of the thread that measures in real time.
 
+    >>> from robotcore.hal.clock import SteppedClock
     >>> clock = SteppedClock(20, lambda steps: None)
     >>> read = DelayedSamples(clock, lambda time, sequence: lambda: (time, sequence), latency_s=0.1, rate_hz=10)
     >>> [read() for _ in range(7) if clock.sleep_until(clock.now() + 0.05)]
@@ -142,7 +143,13 @@ class DelayedSamples(Generic[SampleT]):
 
 
 def capture_at_once(take: Callable[[float, int], SampleT]) -> Capture[SampleT]:
-    """Return a function that measures and makes the sample at once, by ``take``."""
+    """Return a function that measures and makes the sample at once, by ``take``.
+
+    >>> from robotcore.kinds.encoder import Angle
+    >>> capture = capture_at_once(lambda time, sequence: Angle(0.5, time, sequence))
+    >>> capture(0.1, 1)()
+    Angle 0.50 rad at 0.10 s
+    """
 
     def capture(time: float, sequence: int) -> Callable[[], SampleT]:
         sample = take(time, sequence)
@@ -157,6 +164,21 @@ def delay_samples(
     """Return a function that returns a simulated sensor's samples, with the latency and the rate of its description.
 
     Without both, the sample is that of the clock's present time.
+
+    clock: the robot's clock.
+    description: the description of the sensor.
+    capture: measures, see `Capture`.
+
+    >>> from robotcore.description import SensorDescription
+    >>> from robotcore.hal.clock import SteppedClock
+    >>> from robotcore.kinds.encoder import Angle
+    >>> clock = SteppedClock(20, lambda steps: None)
+    >>> late = SensorDescription(kind="encoder", name="wheel", latency_s=0.1)
+    >>> read = delay_samples(clock, late, lambda time, sequence: lambda: Angle(time, time, sequence))
+    >>> clock.sleep_until(0.5)
+    True
+    >>> round(read().time, 3)  # of the measurement
+    0.4
     """
     if isinstance(description, SensorDescription) and (description.latency_s or description.rate_hz):
         return DelayedSamples(clock, capture, description.latency_s, description.rate_hz, description.name)

@@ -45,11 +45,21 @@ class LiveRobot(Robot):
 
     `close`, the end of a ``with`` block and the end of the program stop the motors and close the robot.
 
+    session, loop, run, signals, finish: the parts of the run that `robotcore.open` has begun.
+
     >>> import robotcore
     >>> with robotcore.open("rover", world="open") as robot:
-    ...     robot.wait(1.0)
+    ...     robot.wait(1.0)  # seconds
     ...     robot.clock.now()
+    ...     robot.range.read()
+    ...     pose = robot.drive.straight(0.5)  # metres
+    ...     pose = robot.run(robotcore.turn(robot, 1.5))  # a routine
+    ...     robot.ground_truth.contacts
     1.0
+    Range nothing in range at 1.00 s
+    0
+    >>> robot.result.outcome.value
+    'success'
     """
 
     def __init__(

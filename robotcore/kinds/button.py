@@ -16,14 +16,22 @@ __all__ = ["KIND", "Button", "ButtonDescription", "Press"]
 
 
 class ButtonDescription(DeviceDescription):
-    """A button that a person presses."""
+    """A button that a person presses.
+
+    >>> ButtonDescription(kind="button", name="start")
+    ButtonDescription(kind='button', name='start')
+    """
 
     kind: Literal["button"]
 
 
 @dataclass(frozen=True, slots=True)
 class Press:
-    """A sample of a button."""
+    """A sample of a button.
+
+    >>> Press(is_pressed=False, time=1.25, sequence=25)
+    Press not pressed at 1.25 s
+    """
 
     is_pressed: Annotated[bool, Unit("")]
     """Whether the button is pressed."""
@@ -34,7 +42,14 @@ class Press:
 
 
 class Button(Sensor[Press]):
-    """A button that a person presses, such as one that starts the robot."""
+    """A button that a person presses, such as one that starts the robot.
+
+    >>> from robotcore.hal.kind import build_sensor
+    >>> from robotcore.kinds.button import ButtonDescription, Press
+    >>> start = build_sensor(ButtonDescription(kind="button", name="start"), lambda: Press(True, 1.25, 25))
+    >>> start.read().is_pressed
+    True
+    """
 
     kind = "button"
 
@@ -48,3 +63,4 @@ def simulate(button: ButtonDescription, state: SimulationState) -> Callable[[flo
 
 
 KIND = Kind("a button that a person presses", ButtonDescription, Button, Press, simulate, test_devices=test_contacts)
+"""The kind `button`, which the entry point of this name refers to."""

@@ -28,7 +28,11 @@ MIN_FREQUENCY_HZ = 20.0
 
 
 class BuzzerDescription(DeviceDescription):
-    """A buzzer, which plays tones."""
+    """A buzzer, which plays tones.
+
+    >>> BuzzerDescription(kind="buzzer", name="horn", max_frequency_hz=4000.0)
+    BuzzerDescription(kind='buzzer', name='horn', max_frequency_hz=4000.0)
+    """
 
     kind: Literal["buzzer"]
     max_frequency_hz: Annotated[float, Field(ge=MIN_FREQUENCY_HZ, le=20_000)] = 5000.0
@@ -44,6 +48,7 @@ class Buzzer(Actuator[float], ABC):
     ``max_frequency`` is the frequency of the highest tone, in Hz.
 
     >>> from robotcore.hal.kind import build_actuator
+    >>> from robotcore.kinds.buzzer import BuzzerDescription
     >>> played = []
     >>> buzzer = build_actuator(BuzzerDescription(kind="buzzer", name="horn"), played.append)
     >>> buzzer.play(440.0), buzzer.play(90_000.0)
@@ -123,3 +128,4 @@ KIND = Kind(
     is_optional=True,
     test_devices=test_buzzers,
 )
+"""The kind `buzzer`, which the entry point of this name refers to."""

@@ -36,7 +36,11 @@ Flag = Annotated[bool, Unit("")]
 
 
 class ScriptedInput(StrictModel):
-    """The input of a simulated gamepad from a time on. An axis that is left out is 0, and a button is released."""
+    """The input of a simulated gamepad from a time on. An axis that is left out is 0, and a button is released.
+
+    >>> ScriptedInput(at_s=0.5, left_y=1.0, south=True).model_dump(exclude_defaults=True)
+    {'at_s': 0.5, 'left_y': 1.0, 'south': True}
+    """
 
     at_s: Annotated[float, Field(ge=0, le=1e6)]
     """The time since the start of the run, in seconds."""
@@ -64,7 +68,12 @@ class ScriptedInput(StrictModel):
 
 
 class GamepadDescription(DeviceDescription):
-    """A gamepad. The script is the input of a simulated one."""
+    """A gamepad. The script is the input of a simulated one.
+
+    >>> script = [{"at_s": 0.5, "left_y": 1.0}, {"at_s": 2.5, "south": True}]
+    >>> [entry.at_s for entry in GamepadDescription(kind="gamepad", name="pad", script=script).script]
+    [0.5, 2.5]
+    """
 
     kind: Literal["gamepad"]
     script: tuple[ScriptedInput, ...] = ()
@@ -82,7 +91,13 @@ class GamepadDescription(DeviceDescription):
 
 @dataclass(frozen=True, slots=True)
 class GamepadSample:
-    """A sample of a gamepad. The buttons are named by their place, because each maker prints other signs on them."""
+    """A sample of a gamepad. The buttons are named by their place, because each maker prints other signs on them.
+
+    >>> from dataclasses import fields
+    >>> at_rest = dict.fromkeys((field.name for field in fields(GamepadSample)), False)
+    >>> GamepadSample(**{**at_rest, "left_y": 0.5, "south": True, "time": 1.25, "sequence": 25})
+    GamepadSample left_y 0.50, south at 1.25 s
+    """
 
     left_x: Number
     """The left stick, from -1 to 1, positive to the right."""
@@ -145,6 +160,7 @@ class Gamepad(Sensor[GamepadSample]):
     """A gamepad, with which a person drives a robot.
 
     >>> from robotcore.hal.kind import build_sensor
+    >>> from robotcore.kinds.gamepad import AXES, BUTTONS, TRIGGERS, GamepadDescription, GamepadSample
     >>> values = {**dict.fromkeys((*AXES, *TRIGGERS), 0.0), **dict.fromkeys(BUTTONS, False), "left_y": 0.5}
     >>> pad = build_sensor(
     ...     GamepadDescription(kind="gamepad", name="pad"), lambda: GamepadSample(**values, time=0.0, sequence=0)
@@ -202,3 +218,4 @@ KIND = Kind(
     rules=(check_limits,),
     validate_sample=validate_sample,
 )
+"""The kind `gamepad`, which the entry point of this name refers to."""

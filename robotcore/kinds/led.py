@@ -25,7 +25,11 @@ OFF: Brightness = (0.0, 0.0, 0.0)
 
 
 class LedDescription(DeviceDescription):
-    """A light of one colour, or of red, green and blue."""
+    """A light of one colour, or of red, green and blue.
+
+    >>> LedDescription(kind="led", name="lamp", is_rgb=True)
+    LedDescription(kind='led', name='lamp', is_rgb=True)
+    """
 
     kind: Literal["led"]
     is_rgb: bool = False
@@ -41,6 +45,7 @@ class Led(Actuator[Brightness], ABC):
     ``is_rgb`` is whether it has red, green and blue.
 
     >>> from robotcore.hal.kind import build_actuator
+    >>> from robotcore.kinds.led import LedDescription
     >>> shown = []
     >>> led = build_actuator(LedDescription(kind="led", name="lamp"), shown.append)
     >>> led.set_brightness(0.5), led.set_colour(2.0, 0.0, 0.0)
@@ -165,3 +170,4 @@ KIND = Kind(
     is_optional=True,
     test_devices=test_lights,
 )
+"""The kind `led`, which the entry point of this name refers to."""

@@ -25,7 +25,13 @@ THRESHOLD = 0.5
 
 
 class LineSensorDescription(SensorDescription):
-    """A row of reflectance sensors across the robot. The mount is the middle of the row."""
+    """A row of reflectance sensors across the robot. The mount is the middle of the row.
+
+    >>> from robotcore.description import Mount
+    >>> row = LineSensorDescription(kind="line_sensor", name="row", mount=Mount(z_m=0.01), count=5, spacing_m=0.016)
+    >>> row.arguments()
+    {'count': 5, 'spacing': 0.016}
+    """
 
     kind: Literal["line_sensor"]
     mount: Mount
@@ -42,7 +48,11 @@ class LineSensorDescription(SensorDescription):
 
 @dataclass(frozen=True, slots=True)
 class Darkness:
-    """A sample of a line sensor."""
+    """A sample of a line sensor.
+
+    >>> Darkness(values=(0.0, 0.9, 0.1), time=1.25, sequence=25)
+    Darkness 0.00 0.90 0.10 at 1.25 s
+    """
 
     values: Annotated[tuple[float, ...], Unit("")]
     """The darkness under each sensor from left to right: 0 for white, 1 for black. Digital sensors have 0 or 1."""
@@ -60,7 +70,9 @@ class LineSensor(Sensor[Darkness]):
 
     ``mount`` is the middle of the row on the robot in the plane. A run sets it from the robot's description.
 
+    >>> from robotcore.description import Mount
     >>> from robotcore.hal.kind import build_sensor
+    >>> from robotcore.kinds.line_sensor import Darkness, LineSensorDescription
     >>> row = LineSensorDescription(kind="line_sensor", name="row", mount=Mount(z_m=0.01), count=3, spacing_m=0.01)
     >>> build_sensor(row, lambda: Darkness((1.0, 0.2, 0.0), 0.0, 0)).read_position()
     0.01
@@ -202,3 +214,4 @@ KIND = Kind(
     validate_sample=validate_sample,
     test_devices=test_rows,
 )
+"""The kind `line_sensor`, which the entry point of this name refers to."""

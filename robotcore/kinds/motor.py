@@ -127,9 +127,23 @@ class MotorDescription(DeviceDescription):
 
 
 class Motor(Actuator[float], ABC):
-    """A motor. Its velocity is that of its wheel, and positive forward, on the left and on the right.
+    """A motor of a wheel. Its velocity is that of the wheel, positive forward on the left and on the right.
 
-    ``max_velocity`` is the greatest velocity in rad/s, forward and backward.
+    An app drives by ``robot.drive``, which commands the motors of the drive. It commands other motors by
+    `set_velocity`.
+
+    name: the name of the motor, as in the robot's file.
+    max_velocity: the greatest velocity in rad/s, forward and backward.
+
+    >>> from robotcore.hal.kind import build_actuator
+    >>> from robotcore.kinds.motor import MotorDescription
+    >>> sent = []
+    >>> arm = build_actuator(MotorDescription(kind="motor", name="arm", max_velocity_rad_s=10.0), sent.append)
+    >>> arm.set_velocity(3.0), arm.set_velocity(99.0)  # rad/s; a greater velocity is limited
+    (3.0, 10.0)
+    >>> arm.close()  # a motor stops before it is closed
+    >>> sent[:3]
+    [3.0, 10.0, 0.0]
     """
 
     kind = "motor"
@@ -181,3 +195,4 @@ def invalid_velocity(name: str, rad_s: float) -> InvalidCommandError:
 
 
 KIND = Kind("a motor of a wheel", MotorDescription, Motor, test_devices=test_motors)
+"""The kind `motor`, which the entry point of this name refers to."""

@@ -23,7 +23,12 @@ __all__ = ["KIND", "Servo", "ServoDescription"]
 
 
 class ServoDescription(DeviceDescription):
-    """A servo, which turns to an angle and holds it."""
+    """A servo, which turns to an angle and holds it.
+
+    >>> pan = ServoDescription(kind="servo", name="pan", min_angle_rad=0.2, max_angle_rad=1.5, max_velocity_rad_s=5.0)
+    >>> pan.rest_angle_rad  # before the first command
+    0.2
+    """
 
     kind: Literal["servo"]
     mount: Mount | None = None
@@ -61,6 +66,7 @@ class Servo(Actuator[float], ABC):
     nearest to 0.
 
     >>> from robotcore.hal.kind import build_actuator
+    >>> from robotcore.kinds.servo import ServoDescription
     >>> limits = {"min_angle_rad": -1.5, "max_angle_rad": 1.5, "max_velocity_rad_s": 5.0}
     >>> servo = build_actuator(ServoDescription(kind="servo", name="pan", **limits), lambda rad: None)
     >>> servo.angle, servo.set_angle(0.5), servo.set_angle(9.0), servo.angle
@@ -110,3 +116,4 @@ KIND = Kind(
     rules=(check_commands,),
     test_devices=test_servos,
 )
+"""The kind `servo`, which the entry point of this name refers to."""

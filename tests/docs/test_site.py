@@ -4,16 +4,16 @@ from __future__ import annotations
 
 import subprocess
 import sys
-from importlib import import_module
 from pathlib import Path
 
 import pytest
 from click import Context
 
-from docs.generator.api_pages import list_public_names, name_page
+from docs.generator.api_pages import name_page
 from docs.generator.error_catalogue import read_catalogue
 from docs.generator.error_pages import list_causes, list_remedies, read_notes
 from docs.generator.public_modules import PUBLIC_MODULES
+from docs.generator.public_names import list_public_names
 from robotcore.cli.main import robotcore
 from robotcore.description import RobotDescription, WorldDescription
 from robotcore.plugins import app_names, backend_names, device_driver_names, fault_names, kind_names
@@ -41,7 +41,7 @@ def test_page_of_each_public_module_has_its_names(site: Path) -> None:
     missing = []
     for title, modules in PUBLIC_MODULES.items():
         page = read_page(site, f"api/{name_page(title)}")
-        names = (f"{module}.{name}" for module in modules for name in list_public_names(import_module(module)))
+        names = (f"{module}.{name}" for module in modules for name in list_public_names(module))
         missing += [name for name in names if name.rpartition(".")[2] not in page]
     assert missing == []
 

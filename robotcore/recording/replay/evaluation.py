@@ -36,7 +36,22 @@ from robotcore.safety.latch import Latch
 
 @dataclass(frozen=True)
 class Evaluation:
-    """The result of an app on the samples of a recording."""
+    """The result of an app on the samples of a recording.
+
+    >>> from pathlib import Path
+    >>> from tempfile import TemporaryDirectory
+    >>> from robotcore import RunRequest, run
+    >>> from robotcore.recording import read
+    >>> from robotcore.recording.recorder import Recorder
+    >>> from robotcore.recording.replay import evaluate
+    >>> with TemporaryDirectory() as folder:
+    ...     recorder = Recorder(Path(folder, "run.mcap"))
+    ...     result = run(RunRequest("avoid-obstacles", timeout_s=0.5), [recorder], [recorder.layer])
+    ...     recording = read(Path(folder, "run.mcap"))
+    >>> evaluation = evaluate(recording, settings={"turn_rad_s": 0.5})
+    >>> evaluation.first_difference.subject, evaluation.ticks, evaluation.exit_status
+    ('the command', 11, 0)
+    """
 
     recording: Recording
     result: RunResult
@@ -135,6 +150,20 @@ def evaluate(
     file: the name of the recording in error messages.
     recorder: records the evaluation; None for no recording.
     must_be_equal: whether a decision that differs has the exit status 1.
+
+    >>> from pathlib import Path
+    >>> from tempfile import TemporaryDirectory
+    >>> from robotcore import RunRequest, run
+    >>> from robotcore.recording import read
+    >>> from robotcore.recording.recorder import Recorder
+    >>> with TemporaryDirectory() as folder:
+    ...     recorder = Recorder(Path(folder, "run.mcap"))
+    ...     result = run(RunRequest("avoid-obstacles", timeout_s=0.5), [recorder], [recorder.layer])
+    ...     recording = read(Path(folder, "run.mcap"))
+    >>> evaluate(recording)
+    <Evaluation of avoid-obstacles: 0 of 11 ticks differ>
+    >>> evaluate(recording, settings={"turn_rad_s": 0.5})
+    <Evaluation of avoid-obstacles: 11 of 11 ticks differ>
     """
     require_ticks(recording, file)
     if app is None:
