@@ -6,7 +6,7 @@ if (seed) part("seed").value = seed;
 // The folder of Pyodide is no parameter, since a link could name a folder with other code.
 
 let worker = null;
-const digests = fetch("desk.json").then((answer) => (answer.ok ? answer.json() : {})).catch(() => ({}));
+const deskRuns = fetch("desk.json").then((answer) => (answer.ok ? answer.json() : {})).catch(() => ({}));
 
 part("settings").addEventListener("submit", (event) => {
   event.preventDefault();
@@ -25,7 +25,7 @@ function showStatus(text, state = "busy") {
 }
 
 async function showResult(result) {
-  const desk = (await digests)[result.seed];
+  const desk = (await deskRuns)[result.seed];
   part("outcome").textContent = result.reason ? `${result.outcome}: ${result.reason}` : result.outcome;
   part("time").textContent = `${result.sim_time_s.toFixed(1)} s in ${result.ticks} ticks`;
   part("digest").textContent = result.digest;
