@@ -22,7 +22,7 @@ def list_browser_files() -> Iterator[tuple[str, str | bytes]]:
         yield "robotcore.whl", wheel.read_bytes()
 
 
-def describe_run(seed: int) -> dict[str, str | int]:
+def describe_run(seed: int) -> dict[str, str | int | None]:
     """Return the outcome, the number of ticks and the digest of a run on this machine."""
     result = run(RunRequest(APP, seed=seed))
     return {"outcome": result.outcome.value, "ticks": result.ticks, "digest": result.trace_sha256}
