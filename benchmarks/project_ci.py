@@ -16,6 +16,7 @@ import sys
 from collections.abc import Iterator, Mapping, Sequence
 from itertools import product
 from pathlib import Path
+from resource import RUSAGE_CHILDREN, getrusage
 from tempfile import TemporaryDirectory
 from time import perf_counter
 from typing import Any, NamedTuple
@@ -44,10 +45,22 @@ class Workflow(NamedTuple):
 
 
 class Step(NamedTuple):
-    """A command of a workflow that has ended, and its duration."""
+    """A command of a workflow that has ended, and its durations in real time and on the processors."""
 
     command: str
     time_s: float
+    cpu_s: float
+
+    @classmethod
+    def measure(cls, command: str, began: tuple[float, float]) -> Step:
+        """Return a step that ends now, and whose `read_clocks` was ``began``."""
+        return cls(command, *(end - begin for begin, end in zip(began, read_clocks(), strict=True)))
+
+
+def read_clocks() -> tuple[float, float]:
+    """Return the real time, and the time of the processors for all ended programs, in seconds."""
+    used = getrusage(RUSAGE_CHILDREN)
+    return perf_counter(), used.ru_utime + used.ru_stime
 
 
 def read_github(project: Path) -> Workflow:
@@ -80,12 +93,12 @@ def main() -> None:
             folder = Path(scratch, f"{kind}-{server}")
             folder.mkdir()
             steps, problem = run_workflow(kind, server, folder, wheel)
-            rows += [(kind, server, step.command, f"{step.time_s:.1f}") for step in steps]
-            total_s = sum(step.time_s for step in steps)
-            rows.append((kind, server, "all", f"{total_s:.1f}"))
+            total_s, total_cpu_s = (sum(times) for times in list(zip(*steps, strict=True))[1:])
+            steps.append(Step("all", total_s, total_cpu_s))
+            rows += [(kind, server, step.command, f"{step.time_s:.1f}", f"{step.cpu_s:.1f}") for step in steps]
             if problem or total_s > BOUND_S:
                 problems.append(f"{kind}, {server}: {problem or f'{total_s:.0f} s, more than {BOUND_S:.0f} s'}")
-    print_table(["template", "workflow", "step", "seconds"], rows)
+    print_table(["template", "workflow", "step", "seconds", "CPU seconds"], rows)
     print("\n".join(problems) or f"Each workflow passes in at most {BOUND_S:.0f} s.")
     sys.exit(bool(problems))
 
@@ -102,16 +115,16 @@ def build_wheel(folder: Path) -> Path:
 def run_workflow(kind: str, server: str, folder: Path, wheel: Path | None) -> tuple[list[Step], str]:
     """Make a project, clone it, and run its workflow. Return the steps, and a problem or an empty text."""
     clone = make_clone(kind, folder, wheel)
-    began_s = perf_counter()
+    began = read_clocks()
     environment = make_environment(folder, wheel)
-    steps = [Step("a fresh environment", perf_counter() - began_s)]
+    steps = [Step.measure("a fresh environment", began)]
     workflow = WORKFLOWS[server](clone)
     for command in workflow.commands:
         if wheel is None and "install" in command:
             continue
-        began_s = perf_counter()
+        began = read_clocks()
         ran = call(["bash", "-e", "-o", "pipefail", "-c", command], clone, environment, check=False)
-        steps.append(Step(command, perf_counter() - began_s))
+        steps.append(Step.measure(command, began))
         if ran.returncode:
             return steps, f"{command!r} ends with {ran.returncode}:\n{ran.stdout}"
     return steps, "; ".join(find_result_problems(clone, workflow))

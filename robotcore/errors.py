@@ -92,6 +92,7 @@ class RobotcoreError(_Portable, Exception):
     kind: a stable identifier of the error, in kebab-case. Each class has a default.
     fields: the values in the message, by name.
 
+    >>> from robotcore.errors import UsageError
     >>> error = UsageError("a run takes at least 1 s, not 0 s", kind="duration-too-short", duration_s=0.0)
     >>> error.kind, error.fields["duration_s"]
     ('duration-too-short', 0.0)
@@ -558,6 +559,7 @@ class BehaviourError(RobotcoreError):
 class Interrupted(_Portable):
     """A signal, such as SIGTERM, ended the program. ``except Exception`` in an app does not catch this exception.
 
+    >>> import signal
     >>> error = Interrupted(signal.SIGTERM)
     >>> error.exit_status, isinstance(error, Exception)
     (143, False)
@@ -579,7 +581,7 @@ def describe_exception(error: BaseException, caller: str) -> str:
     >>> try:
     ...     float("fast")
     ... except ValueError as error:
-    ...     text = describe_exception(error, caller=__file__)
+    ...     text = describe_exception(error, caller="limits.py")
     >>> text.partition(", at ")[0]
     "ValueError: could not convert string to float: 'fast'"
     """

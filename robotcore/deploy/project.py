@@ -217,6 +217,8 @@ class DeployOptions:
 class Project:
     """A project to deploy: an app, a robot, and how the app runs there.
 
+    >>> from pathlib import Path
+    >>> from robotcore.deploy.project import DeployOptions, build_project
     >>> project = build_project(DeployOptions(app="green-search", robot="rover"), Path("/"))
     >>> project.name, project.load_description().name, project.folder is None
     ('green-search', 'rover', True)
@@ -264,6 +266,8 @@ def build_project(options: DeployOptions, here: Path | None = None) -> Project:
     ``[tool.robotcore]`` and the options name no file, the project has no folder. Its app, robot and world are then
     installed ones.
 
+    >>> from pathlib import Path
+    >>> from robotcore.deploy.project import DeployOptions
     >>> build_project(DeployOptions(app="green-search", robot="rover"), Path("/")).deploy.backend
     'raspberrypi'
 

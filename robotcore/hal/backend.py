@@ -51,6 +51,7 @@ OptionsT = TypeVar("OptionsT", bound=StrictModel)
 class Capability(str, Enum):
     """An ability of a backend's simulator, such as to count contacts.
 
+    >>> from robotcore.hal.backend import load_backend
     >>> sorted(capability.value for capability in load_backend("kinematic").capabilities)
     ['contacts', 'lockstep', 'pose']
     """
@@ -130,6 +131,9 @@ class Setup:
 class Backend(ABC):
     """The base class of backends. A backend opens robots in a simulator, or on a board.
 
+    >>> from robotcore import Robot
+    >>> from robotcore.description import load_robot
+    >>> from robotcore.hal.backend import Setup
     >>> from robotcore.hal.clock import SteppedClock
     >>> class Empty(Backend):
     ...     name, summary = "empty", "opens a robot without devices"

@@ -45,6 +45,7 @@ class Plan:
     Its request names the app, also if the user's request has a class or an instance. It has the settings of
     an instance.
 
+    >>> from robotcore import RunRequest
     >>> plan = Plan.resolve(RunRequest("green-search", seed=7))
     >>> plan
     Plan(app='green-search', backend='kinematic', robot='rover', world='arena', seed=7)

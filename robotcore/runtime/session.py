@@ -19,6 +19,7 @@ from robotcore.errors import (
     ResourceError,
     RobotcoreError,
 )
+from robotcore.hal.backend import Capability
 from robotcore.hal.robot import Robot
 from robotcore.hal.truth import Truth
 from robotcore.hal.wall_clock import MonotonicClock
@@ -54,6 +55,7 @@ from robotcore.safety.motor_stop import STOP_S
 from robotcore.safety.real_time import HANG_S, RealTimeTicks
 from robotcore.safety.thread_reserve import Reserve
 from robotcore.safety.watchdog import ActivityMonitor, Watchdog
+from robotcore.threads import has_threads
 
 __all__ = ["Observer", "RunContext", "RunRequest", "RunResult", "run"]
 
@@ -66,6 +68,9 @@ SHUTDOWN_THREADS = 9
 The calls are the latch, the closing of the robot, the observers and ``on_forced_exit``. Others write two notes of the
 watchdog, one about steps that wait, one of an observer, and the lines of all threads.
 """
+
+NO_WATCHDOG = "this Python has no threads, and so no watchdog. If the app or the simulator hangs, the run does not end"
+"""The note of a run without threads."""
 
 
 T = TypeVar("T")
@@ -112,6 +117,9 @@ class RunSession:
             self._drop_real_time,
         )
         self._close_limit = close_limit(plan.backend.name)
+        self._has_threads = has_threads() or Capability.LOCKSTEP not in plan.backend.capabilities
+        """Whether the run needs threads. Only a simulation in lockstep runs without them, since nothing real moves."""
+
         self._timeout_error: RobotcoreError | None = None
         self._assembled: AssembledRobot | None = None
         self._truth: Truth | None = None
@@ -204,8 +212,12 @@ class RunSession:
         return result
 
     def _run_under_watchdog(self) -> _Stages[Outcome]:
-        self._reserve.hold(SHUTDOWN_THREADS)
-        self._watchdog.start()
+        if self._has_threads:
+            self._reserve.hold(SHUTDOWN_THREADS)
+            self._watchdog.start()
+        else:
+            self._reserve.hold(threads=0)
+            self._notes.append(NO_WATCHDOG)
         try:
             return (yield from self._run_and_close())
         finally:
@@ -319,7 +331,7 @@ class RunSession:
             TickTimer(self._statistics),
             plan.backend.encoder_rate_hz,
         )
-        self._reserve.hold(len(raw.motors))
+        self._reserve.hold(len(raw.motors) if self._has_threads else 0)
         raw.clock.prepare_calls()
         return assembled
 
@@ -478,6 +490,7 @@ def run(
     error, such as an unknown option of the backend or an exception of the app, stops every motor. It is in the result:
     ``error``, ``reason`` and ``exit_status``. Another thread calls ``on_forced_exit`` before the process ends.
 
+    >>> from robotcore import RunRequest
     >>> result = run(RunRequest("green-search", seed=7))
     >>> result.outcome.value, result.verified
     ('success', True)

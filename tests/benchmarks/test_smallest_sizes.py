@@ -49,6 +49,7 @@ BOUNDED = {
     "floor_pictures": "--pairs 1 --ticks 1",
     "guardian": "--trials 1",
     "hostile_clients": "--minutes 0.05 --messages 20",
+    "installation": "--repeats 1",
     "interruptions": "--trials 1",
     "live_page": "--backends kinematic --presses 1 --trials 1 --rounds 1 --seconds 2.0",
     "loop": "--pairs 1 --ticks 1 --search 0.5",

@@ -57,5 +57,7 @@ def test_command_draws_the_picture_again(name: str, tmp_path: Path, monkeypatch:
     monkeypatch.chdir(tmp_path)
     execute(shlex.split(COMMANDS[name])[1:])
     drawn, shown = cv2.imread(name), cv2.imread(str(FOLDER / name))
+    assert drawn is not None
+    assert shown is not None
     assert drawn.shape == shown.shape
     assert np.abs(drawn.astype(int) - shown).mean() < MAX_DIFFERENCE

@@ -11,9 +11,7 @@ from collections.abc import Callable, Iterator
 from functools import partial
 
 from robotcore.hal.check_finding import Check, Finding
-
-MIN_PYTHON, MAX_PYTHON = (3, 10), (3, 13)
-"""The oldest and the newest version of Python with which robotcore is tested."""
+from robotcore.python_versions import MAX_PYTHON, MIN_PYTHON
 
 
 def check_python() -> Iterator[Finding]:
@@ -28,6 +26,18 @@ def check_python() -> Iterator[Finding]:
             f"{version}: robotcore is not tested with this version",
             f"Use Python {tested}",
             kind="python-untested",
+        )
+
+
+def check_processor() -> Iterator[Finding]:
+    """Yield a warning for a Python of 32 bits, also if the kernel has 64 bits."""
+    if sys.maxsize < 2**32:
+        yield Finding.warning(
+            "Processor",
+            f"this Python has 32 bits, on {platform.machine()}: robotcore is not tested with it, and some libraries "
+            "have no wheels for it",
+            "Install the 64-bit Raspberry Pi OS, which a Pi 3, 4, 5 and Zero 2 W can run",
+            kind="processor-untested",
         )
 
 
@@ -63,6 +73,7 @@ def list_machine_checks() -> tuple[tuple[str, Check], ...]:
     opencv = "pip install --force-reinstall opencv-python-headless; on a Pi: sudo apt install python3-opencv"
     return (
         ("Python", check_python),
+        ("Processor", check_processor),
         ("NumPy", partial(check_library, "NumPy", _run_numpy, "pip install --force-reinstall 'numpy>=1.24'")),
         ("OpenCV", partial(check_library, "OpenCV", _run_opencv, opencv)),
     )

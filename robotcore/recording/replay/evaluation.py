@@ -38,10 +38,12 @@ from robotcore.safety.latch import Latch
 class Evaluation:
     """The result of an app on the samples of a recording.
 
+    >>> from pathlib import Path
     >>> from tempfile import TemporaryDirectory
     >>> from robotcore import RunRequest, run
     >>> from robotcore.recording import read
     >>> from robotcore.recording.recorder import Recorder
+    >>> from robotcore.recording.replay import evaluate
     >>> with TemporaryDirectory() as folder:
     ...     recorder = Recorder(Path(folder, "run.mcap"))
     ...     result = run(RunRequest("avoid-obstacles", timeout_s=0.5), [recorder], [recorder.layer])
@@ -149,6 +151,7 @@ def evaluate(
     recorder: records the evaluation; None for no recording.
     must_be_equal: whether a decision that differs has the exit status 1.
 
+    >>> from pathlib import Path
     >>> from tempfile import TemporaryDirectory
     >>> from robotcore import RunRequest, run
     >>> from robotcore.recording import read
