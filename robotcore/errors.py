@@ -146,7 +146,15 @@ class Mistake(ValueError):  # noqa: N818  several of them make one DescriptionEr
 
 
 class UsageError(RobotcoreError, ValueError):
-    """A command or a call is invalid. No motor has moved."""
+    """A command or a call is invalid. No motor has moved.
+
+    >>> from robotcore import RunRequest, run
+    >>> try:
+    ...     run(RunRequest("green-search", timeout_s=-1.0))
+    ... except UsageError as error:
+    ...     print(error.kind, error.exit_status)
+    not-positive 2
+    """
 
     kind = "usage"
     exit_status = 2
@@ -341,6 +349,12 @@ class DeviceError(RobotcoreError, OSError):
 
     device: the device's name.
     problem: the problem without a subject, such as ``is closed``. The message is ``device: problem``.
+
+    >>> error = DeviceError("nose", "no echo for 1.0 s. Check the wiring", kind="no-echo")
+    >>> error.device, error.kind, isinstance(error, OSError)
+    ('nose', 'no-echo', True)
+    >>> str(error)
+    'nose: no echo for 1.0 s. Check the wiring'
     """
 
     kind = "device"
@@ -485,7 +499,16 @@ class RoutineError(RobotcoreError):
 
 
 class RoutineTimeoutError(RoutineError, TimeoutError):
-    """A routine took longer than its `with_timeout`."""
+    """A routine took longer than its `with_timeout`.
+
+    >>> import robotcore
+    >>> with robotcore.open("rover", world="open") as robot:
+    ...     try:
+    ...         robot.wait_until(lambda: False, timeout_s=0.5)
+    ...     except RoutineTimeoutError as error:
+    ...         print(error.kind)
+    routine-timeout
+    """
 
     kind = "routine-timeout"
 
@@ -497,6 +520,14 @@ class BlockedError(RoutineError):
     cause: ``range-guard``, ``contact`` or ``wheels``.
     remaining_m: the distance that remains, in metres; 0 for a turn on the spot.
     remaining_rad: the angle that remains in a turn on the spot, in radians; None for another manoeuvre.
+
+    >>> import robotcore
+    >>> with robotcore.open("rover", world="arena") as robot:
+    ...     try:
+    ...         robot.drive.straight(2.0)  # into an obstacle
+    ...     except BlockedError as error:
+    ...         print(error.manoeuvre, error.cause, error.remaining_m > 1.0)
+    straight(2) range-guard True
     """
 
     kind = "blocked"

@@ -57,6 +57,13 @@ def test_the_pages_have_the_versions_of_python() -> None:
 
 def test_the_page_has_every_extra_for_users() -> None:
     section = PROJECT.partition("[project.optional-dependencies]")[2].partition("\n[project.scripts]")[0]
-    extras = set(re.findall(r"^(\w+) = \[", section, re.MULTILINE)) - {"demo", "dev", "docs", "test", "mujoco", "pybullet"}
+    extras = set(re.findall(r"^(\w+) = \[", section, re.MULTILINE)) - {
+        "demo",
+        "dev",
+        "docs",
+        "test",
+        "mujoco",
+        "pybullet",
+    }
     listed = {name for row, _ in read_rows(INSTALLATION, "From a wheel") for name in re.findall(r"\w+", row)}
     assert listed == extras
