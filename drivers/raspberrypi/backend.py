@@ -8,7 +8,7 @@ from functools import partial
 from itertools import chain
 from typing import TYPE_CHECKING, ClassVar
 
-from drivers.raspberrypi.chip import INSTALL
+from drivers.raspberrypi.chip import AT_THE_DESK, INSTALL
 from drivers.raspberrypi.header import build_wiring, resolve_pins
 from drivers.raspberrypi.pins import open_pins
 from robotcore.description import RobotDescription, StrictModel
@@ -16,6 +16,7 @@ from robotcore.hal.backend import Setup
 from robotcore.hal.robot import Robot
 from robotcore.hal.wall_clock import MonotonicClock
 from robotcore.hardware import Connection, DeviceBinding, HardwareBackend, open_robot
+from robotcore.system import require_linux
 
 if TYPE_CHECKING:
     from robotcore.hal.check_finding import Finding
@@ -34,6 +35,11 @@ class RaspberryPiBackend(HardwareBackend):
     @property
     def remedy(self) -> str:
         return INSTALL
+
+    def require_installed(self) -> None:
+        if not self.needs_world:  # virtual pins need no kernel
+            require_linux("the backend 'raspberrypi'", "the GPIO chips and buses of Linux", AT_THE_DESK)
+        super().require_installed()
 
     def place(self, connection: Connection) -> Sequence[Connection]:
         return resolve_pins(connection)
@@ -66,6 +72,7 @@ class RaspberryPiBackend(HardwareBackend):
         return replace(wiring, notes=(*wiring.notes, *left_out))
 
     def open(self, setup: Setup) -> Robot:
+        self.require_installed()
         setup = self.configure(setup)
         bindings = self.bind(setup.robot, setup.devices)
         pins = open_pins()

@@ -144,7 +144,7 @@ def _attempt(reply: list[str] | RobotcoreError, request: RunRequest = REQUEST) -
 
 INTERRUPT_AT_START_OF_WORKER = """
 import os, signal, sys
-if "robotcore.sweep.worker" in sys.orig_argv[-1]:
+if "robotcore.sweep.worker" in " ".join(sys.orig_argv):
     os.killpg(os.getpgid(os.getppid()), signal.SIGINT)
 """
 

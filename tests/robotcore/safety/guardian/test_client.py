@@ -43,9 +43,10 @@ def process_numbers(monkeypatch: pytest.MonkeyPatch) -> list[int]:
     numbers: list[int] = []
     start = client._start_process
 
-    def start_and_record(ours: socket, theirs: socket) -> Popen[bytes]:
-        numbers.append((process := start(ours, theirs)).pid)
-        return process
+    def start_and_record() -> tuple[Popen[bytes], socket]:
+        process, link = start()
+        numbers.append(process.pid)
+        return process, link
 
     monkeypatch.setattr(client, "_start_process", start_and_record)
     return numbers
