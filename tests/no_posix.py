@@ -32,19 +32,20 @@ MODULES = {"fcntl", "termios", "resource", "pty", "tty", "pwd", "grp", "crypt", 
 
 NAMES = {
     "os": """
-        fork forkpty register_at_fork set_blocking get_blocking killpg getpgid getpgrp setpgid setsid getsid getuid
-        geteuid getgid getegid getgroups sched_getaffinity sched_setaffinity sched_yield nice mkfifo mknod fchmod fchown chown
-        chroot fchdir fstatvfs statvfs openpty ttyname tcgetpgrp tcsetpgrp major minor makedev pread pwrite memfd_create
-        pidfd_open wait wait3 wait4 waitid WIFEXITED WIFSIGNALED WEXITSTATUS WTERMSIG WNOHANG O_NONBLOCK O_NOCTTY
-        O_NOFOLLOW O_DIRECTORY O_CLOEXEC O_SYNC uname getloadavg sysconf confstr ctermid sendfile posix_spawn
-        getpriority setpriority getxattr setxattr""",
+        fork forkpty register_at_fork set_blocking get_blocking killpg getpgid getpgrp setpgid setsid getsid
+        getuid geteuid getgid getegid getgroups sched_getaffinity sched_setaffinity sched_yield nice mkfifo
+        mknod fchmod fchown chown chroot fchdir fstatvfs statvfs openpty ttyname tcgetpgrp tcsetpgrp major minor
+        makedev pread pwrite memfd_create pidfd_open wait wait3 wait4 waitid WIFEXITED WIFSIGNALED WEXITSTATUS
+        WTERMSIG WNOHANG O_NONBLOCK O_NOCTTY O_NOFOLLOW O_DIRECTORY O_CLOEXEC O_SYNC uname getloadavg sysconf
+        confstr ctermid sendfile posix_spawn getpriority setpriority getxattr setxattr""",
     "signal": """
-        SIGHUP SIGQUIT SIGKILL SIGALRM SIGUSR1 SIGUSR2 SIGCHLD SIGCONT SIGSTOP SIGTSTP SIGTTIN SIGTTOU SIGURG SIGPIPE
-        SIGWINCH SIGRTMIN SIGRTMAX SIG_BLOCK SIG_UNBLOCK SIG_SETMASK ITIMER_REAL pthread_kill pthread_sigmask setitimer
-        getitimer alarm pause sigwait sigwaitinfo sigtimedwait sigpending siginterrupt pidfd_send_signal""",
+        SIGHUP SIGQUIT SIGKILL SIGALRM SIGUSR1 SIGUSR2 SIGCHLD SIGCONT SIGSTOP SIGTSTP SIGTTIN SIGTTOU SIGURG
+        SIGPIPE SIGWINCH SIGRTMIN SIGRTMAX SIG_BLOCK SIG_UNBLOCK SIG_SETMASK ITIMER_REAL pthread_kill
+        pthread_sigmask setitimer getitimer alarm pause sigwait sigwaitinfo sigtimedwait sigpending siginterrupt
+        pidfd_send_signal""",
     "socket": """
-        AF_UNIX AF_NETLINK AF_CAN AF_PACKET SOCK_SEQPACKET MSG_DONTWAIT MSG_NOSIGNAL SCM_RIGHTS SO_REUSEPORT send_fds
-        recv_fds sethostname""",
+        AF_UNIX AF_NETLINK AF_CAN AF_PACKET SOCK_SEQPACKET MSG_DONTWAIT MSG_NOSIGNAL SCM_RIGHTS SO_REUSEPORT
+        send_fds recv_fds sethostname""",
     "select": "poll epoll kqueue EPOLLIN POLLIN POLLOUT POLLHUP",
 }
 """The names of each module that Python for Windows lacks. Source: docs.python.org, the remarks on availability."""

@@ -6,7 +6,6 @@ import click
 
 from robotcore.cli.command_classes import LazyGroup
 from robotcore.cli.output import write_lines
-from robotcore.system import require_posix
 
 
 @click.group(
@@ -35,6 +34,3 @@ def command(context: click.Context) -> None:
     """
     if context.invoked_subcommand is None:
         write_lines(context.get_help())
-        return
-    needed = "the processes, permissions and links of POSIX, and OpenSSH with shared connections"
-    require_posix("robotcore deploy", needed, "Run it in WSL, the Linux of Windows: wsl --install")

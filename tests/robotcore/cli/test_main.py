@@ -7,6 +7,8 @@ import shutil
 import signal
 import subprocess
 import sys
+import threading
+from collections.abc import Iterator
 from inspect import cleandoc
 
 import click
@@ -138,6 +140,16 @@ def test_ctrl_c_also_ends_a_loop_of_the_shell(app_file: AppFile) -> None:
     assert "went on" not in done.stdout
 
 
+@pytest.fixture
+def no_limit_of_the_exit() -> Iterator[None]:
+    """Cancel the timer that limits the exit of the process, because the process of the tests continues."""
+    yield
+    for thread in threading.enumerate():
+        if isinstance(thread, threading.Timer):
+            thread.cancel()
+
+
+@pytest.mark.usefixtures("no_limit_of_the_exit")
 def test_an_app_file_runs_itself_with_the_arguments_of_the_process(
     monkeypatch: pytest.MonkeyPatch, capfd: pytest.CaptureFixture[str], check_text: CheckText
 ) -> None:

@@ -2,7 +2,6 @@ from __future__ import annotations
 
 import os
 import signal
-import sys
 from collections.abc import Iterator
 from dataclasses import replace
 from pathlib import Path
@@ -175,7 +174,7 @@ def test_death_of_a_guardian_at_its_start_is_reported(
         Guardian([cutoff(diary)], LEASE_S)
 
 
-@pytest.mark.skipif(sys.platform != "linux", reason="the limit is one of Linux's address space")
+@pytest.mark.linux("the limit is one of Linux's address space")
 def test_guardian_without_threads_begins_no_run(
     diary: Path, monkeypatch: pytest.MonkeyPatch, process_numbers: list[int], raises: Raises
 ) -> None:

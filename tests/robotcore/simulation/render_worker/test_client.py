@@ -31,7 +31,7 @@ from tests.robotcore.simulation.render_worker.renderers import (
     build_view,
 )
 
-pytestmark = [pytest.mark.slow, pytest.mark.skipif(sys.platform != "linux", reason="a worker needs Linux")]
+pytestmark = [pytest.mark.slow, pytest.mark.linux("a worker needs Linux")]
 PICTURES = 3
 LONG_S = 30.0
 
