@@ -11,7 +11,7 @@ UV := $(shell command -v uv 2>/dev/null)
 INSTALL := $(if $(UV),$(UV) pip install --quiet --python $(BIN)/python,$(BIN)/python -m pip install --quiet --disable-pip-version-check)
 
 .DEFAULT_GOAL := help
-.PHONY: help demo install test test-slow test-portable test-all system system-gpio system-arm64 system-deploy system-firmware system-coppeliasim system-vrep lint types rules package coverage check clean
+.PHONY: help demo install test test-slow test-portable test-all system system-gpio system-arm64 system-deploy system-firmware system-coppeliasim system-vrep lint types rules package docs coverage check clean
 
 help:  ## list the targets
 	@grep -hE '^[a-z0-9-]+:.*##' $(MAKEFILE_LIST) | sed -E 's/:.*## /\t/' | expand -t 14
@@ -87,10 +87,14 @@ rules: $(READY)  ## who may import whom: import-linter
 package: $(READY)  ## build the wheel and check its content
 	@rm -rf dist && $(BIN)/python -m build --quiet --installer $(if $(UV),uv,pip) >/dev/null && $(BIN)/check-wheel-contents dist
 
+# The variable hides an advertisement of the theme.
+docs: $(READY)  ## build the documentation site in site/; open site/index.html
+	@NO_MKDOCS_2_WARNING=1 $(BIN)/python -m mkdocs build --quiet --strict
+
 coverage: $(READY)  ## run all tests with branch coverage
 	@$(BIN)/python -m pytest -n auto --dist worksteal --cov --cov-report=term:skip-covered
 
-check: lint types rules package coverage  ## all that CI does, but for the system tests
+check: lint types rules package docs coverage  ## all that CI does, but for the system tests
 
 clean:  ## remove the built files
-	@rm -rf .venv .venv-* dist build .coverage* .mypy_cache .ruff_cache .pytest_cache .hypothesis .import_linter_cache
+	@rm -rf .venv .venv-* dist build site .coverage* .mypy_cache .ruff_cache .pytest_cache .hypothesis .import_linter_cache

@@ -118,6 +118,10 @@ class Mistake(ValueError):  # noqa: N818  several of them make one DescriptionEr
     remedy: an instruction for the user, as a sentence without its full stop.
     kind: a stable identifier in kebab-case, such as ``missing-key``.
     key: the dotted key of the wrong value; ``""`` if the mistake concerns the whole table or file.
+
+    >>> mistake = Mistake("the axle is not under the body", "Correct body.centre_x_m", kind="axle-not-under-body")
+    >>> mistake.kind, str(mistake)
+    ('axle-not-under-body', 'the axle is not under the body. Correct body.centre_x_m')
     """
 
     def __init__(self, problem: str, remedy: str = "Correct it", *, kind: str = "description", key: str = "") -> None:
@@ -572,7 +576,12 @@ class BehaviourError(RobotcoreError):
 
 
 class Interrupted(_Portable):
-    """A signal, such as SIGTERM, ended the program. ``except Exception`` in an app does not catch this exception."""
+    """A signal, such as SIGTERM, ended the program. ``except Exception`` in an app does not catch this exception.
+
+    >>> error = Interrupted(signal.SIGTERM)
+    >>> error.exit_status, isinstance(error, Exception)
+    (143, False)
+    """
 
     kind = "interrupted"
 
@@ -586,6 +595,13 @@ def describe_exception(error: BaseException, caller: str) -> str:
     """Return the class, the text and the line of an exception, such as ``ValueError: no limit, at speed.py:39``.
 
     caller: the file of the code that caught it. The line is left out if the exception was raised there.
+
+    >>> try:
+    ...     float("fast")
+    ... except ValueError as error:
+    ...     text = describe_exception(error, caller=__file__)
+    >>> text.partition(", at ")[0]
+    "ValueError: could not convert string to float: 'fast'"
     """
     last = extract_tb(error.__traceback__)[-1]
     file = PurePath(last.filename).name

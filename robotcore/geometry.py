@@ -110,6 +110,8 @@ def wrap_angle(angle: float) -> float:
 def to_float(value: float) -> float:
     """Return a number as a ``float``, so that later changes of a NumPy array have no effect.
 
+    value: a number, also one of NumPy.
+
     Raises TypeError for text, which the builtin ``float`` would convert.
 
     >>> import numpy as np
@@ -122,6 +124,8 @@ def to_float(value: float) -> float:
 def to_number(value: object) -> float:
     """Return an argument as a ``float``. The result is NaN if it is no number, a bool, or too great.
 
+    value: the argument.
+
     >>> to_number(2), to_number(True), to_number("2")
     (2.0, nan, nan)
     """
@@ -132,7 +136,14 @@ def to_number(value: object) -> float:
 
 
 class Wheels(NamedTuple):
-    """A velocity in rad/s, or an angle in rad, for each of the two driven wheels."""
+    """A velocity in rad/s, or an angle in rad, for each of the two driven wheels.
+
+    >>> wheels = Wheels(left=2.0, right=3.0)
+    >>> wheels.right > wheels.left  # the robot turns to the left
+    True
+    >>> wheels
+    Wheels(left=2, right=3)
+    """
 
     left: float
     right: float

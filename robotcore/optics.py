@@ -11,6 +11,8 @@ from numpy.typing import NDArray
 
 from robotcore.geometry import Pose
 
+__all__ = ["CameraView", "Image", "Intrinsics", "is_picture"]
+
 Image = NDArray[np.uint8]
 """A BGR picture of shape (height, width, 3), or a grey one of shape (height, width), as ``uint8``.
 

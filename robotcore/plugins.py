@@ -9,6 +9,8 @@ from typing import Any
 
 from robotcore.errors import BackendMissingError, UnknownNameError, UsageError
 
+__all__ = ["app_names", "backend_names", "device_driver_names", "fault_names", "kind_names"]
+
 BACKENDS = "robotcore.backends"
 APPS = "robotcore.apps"
 FAULTS = "robotcore.faults"
@@ -26,22 +28,38 @@ def backend_names() -> list[str]:
 
 
 def app_names() -> list[str]:
-    """Return the names of all registered apps."""
+    """Return the names of all registered apps.
+
+    >>> "green-search" in app_names()
+    True
+    """
     return sorted(_points(APPS))
 
 
 def fault_names() -> list[str]:
-    """Return the names of all registered faults, such as ``drop`` and ``noise.camera``."""
+    """Return the names of all registered faults, such as ``drop`` and ``noise.camera``.
+
+    >>> "drop" in fault_names()
+    True
+    """
     return sorted(_points(FAULTS))
 
 
 def device_driver_names() -> list[str]:
-    """Return the names of all registered device drivers, even if their libraries are not installed."""
+    """Return the names of all registered device drivers, even if their libraries are not installed.
+
+    >>> "hc-sr04" in device_driver_names()
+    True
+    """
     return sorted(_points(DEVICES))
 
 
 def kind_names() -> list[str]:
-    """Return the names of all registered kinds of device, such as ``camera``."""
+    """Return the names of all registered kinds of device, such as ``camera``.
+
+    >>> "camera" in kind_names()
+    True
+    """
     return sorted(_points(KINDS))
 
 

@@ -5,6 +5,8 @@ from __future__ import annotations
 from robotcore.geometry import Pose, wrap_angle
 from robotcore.kinds.imu import ImuSample
 
+__all__ = ["HeadingEstimator"]
+
 SETTLE_S = 0.3
 """The robot stands if its odometry has not changed for this time, in seconds."""
 

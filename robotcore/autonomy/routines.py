@@ -13,6 +13,20 @@ from robotcore.errors import RoutineTimeoutError, UsageError
 from robotcore.geometry import to_number
 from robotcore.hal.robot import Robot
 
+__all__ = [
+    "RaceResult",
+    "Routine",
+    "on_stop",
+    "parallel",
+    "race",
+    "repeat",
+    "sequence",
+    "until",
+    "wait",
+    "wait_until",
+    "with_timeout",
+]
+
 T = TypeVar("T")
 
 Routine: TypeAlias = Generator[None, None, T]
@@ -23,7 +37,15 @@ TIME_TOLERANCE_S = 1e-9
 
 
 class RaceResult(NamedTuple):
-    """The result of `race`."""
+    """The result of `race`.
+
+    >>> from robotcore import straight
+    >>> import robotcore
+    >>> with robotcore.open("rover", world="open") as robot:
+    ...     ended = robot.run(race(straight(robot, 5.0), wait(robot, 0.5)))
+    ...     ended.winner, ended.result
+    (1, None)
+    """
 
     winner: int
     """The position of the routine that ended first, from 0."""
@@ -35,7 +57,14 @@ class RaceResult(NamedTuple):
 def wait(robot: Robot, seconds: float) -> Routine[None]:
     """Wait for a time. The robot stops if no other routine drives it, because a velocity is in force for a few ticks.
 
+    robot: the robot, for its clock.
     seconds: the time, in seconds.
+
+    >>> import robotcore
+    >>> with robotcore.open("rover", world="open") as robot:
+    ...     robot.run(wait(robot, 0.5))
+    ...     robot.clock.now()
+    0.5
     """
     time = _require_time("wait", seconds)
 
@@ -49,7 +78,16 @@ def wait(robot: Robot, seconds: float) -> Routine[None]:
 
 @warn_if_dropped
 def wait_until(condition: Callable[[], object]) -> Routine[None]:
-    """Wait until ``condition()`` is true. It is called once per tick. The robot stops as in `wait`."""
+    """Wait until ``condition()`` is true. It is called once per tick. The robot stops as in `wait`.
+
+    condition: a function without arguments.
+
+    >>> import robotcore
+    >>> with robotcore.open("rover", world="open") as robot:
+    ...     robot.run(wait_until(lambda: robot.clock.now() >= 0.3))
+    ...     robot.clock.now()
+    0.3
+    """
     _require_condition("wait_until", condition)
 
     def run() -> Routine[None]:
@@ -61,7 +99,17 @@ def wait_until(condition: Callable[[], object]) -> Routine[None]:
 
 @warn_if_dropped
 def sequence(*routines: Routine[Any]) -> Routine[tuple[Any, ...]]:
-    """Run routines one after another. Return their results."""
+    """Run routines one after another. Return their results.
+
+    routines: the routines, such as ``straight(robot, 1.0)``.
+
+    >>> from robotcore import straight, turn
+    >>> import robotcore
+    >>> with robotcore.open("rover", world="open") as robot:
+    ...     poses = robot.run(sequence(straight(robot, 0.2), turn(robot, 1.0)))
+    ...     [round(pose.heading) for pose in poses]
+    [0, 1]
+    """
     routines = take_generators("sequence", routines)
 
     def run() -> Routine[tuple[Any, ...]]:
@@ -79,6 +127,16 @@ def parallel(*routines: Routine[Any]) -> Routine[tuple[Any, ...]]:
     """Run routines at the same time, until all have ended. Return their results.
 
     Each tick advances them in their order. Of two commands to one device, the last one holds.
+
+    routines: the routines, such as ``straight(robot, 1.0)``.
+
+    >>> from robotcore import move
+    >>> import robotcore
+    >>> with robotcore.open("rover", world="open") as robot:
+    ...     robot.run(parallel(move(robot, 0.2, seconds=0.5), wait(robot, 1.0)))
+    ...     robot.clock.now()
+    (None, None)
+    1.0
     """
     routines = take_generators("parallel", routines)
 
@@ -103,6 +161,16 @@ def race(*routines: Routine[Any]) -> Routine[RaceResult]:
     """Run routines at the same time, until the first has ended. Close the others, and return the winner.
 
     Each tick advances them in their order. If two end in the same tick, the first in this order wins.
+
+    routines: the routines, such as ``straight(robot, 1.0)``.
+
+    >>> from robotcore import move
+    >>> import robotcore
+    >>> with robotcore.open("rover", world="open") as robot:
+    ...     robot.run(race(move(robot, 0.2), wait(robot, 0.5))).winner  # the motion was closed
+    ...     robot.clock.now()
+    1
+    0.5
     """
     routines = take_generators("race", routines, least=1)
 
@@ -124,6 +192,13 @@ def repeat(build: Callable[[], Routine[Any]], times: int | None = None) -> Routi
 
     build: a function that returns a new routine, because a generator runs once.
     times: the number of repetitions. None repeats until the run ends.
+
+    >>> from robotcore import turn
+    >>> import robotcore
+    >>> with robotcore.open("rover", world="open") as robot:
+    ...     robot.run(repeat(lambda: turn(robot, 0.5), times=2))
+    ...     round(robot.drive.pose.heading, 1)
+    1.0
     """
     if not callable(build):
         text = f"repeat needs a function that builds a routine, not {_format(build)}"
@@ -148,9 +223,20 @@ def repeat(build: Callable[[], Routine[Any]], times: int | None = None) -> Routi
 def with_timeout(robot: Robot, seconds: float, routine: Routine[T]) -> Routine[T]:
     """Run a routine, and return its result. Close it if it takes longer than a time.
 
+    robot: the robot, for its clock.
     seconds: the longest time, in seconds.
+    routine: the routine, such as ``straight(robot, 1.0)``.
 
     Raises RoutineTimeoutError, which is a TimeoutError, if the routine takes longer.
+
+    >>> import robotcore
+    >>> from robotcore import straight
+    >>> with robotcore.open("rover", world="open") as robot:
+    ...     try:
+    ...         robot.run(with_timeout(robot, 0.5, straight(robot, 5.0)))
+    ...     except TimeoutError:
+    ...         print(f"too slow: it is {robot.clock.now()} s")
+    too slow: it is 0.5 s
     """
     time = _require_time("with_timeout", seconds)
     (routine,) = take_generators("with_timeout", [routine])
@@ -175,6 +261,15 @@ def until(condition: Callable[[], object], routine: Routine[Any]) -> Routine[boo
     """Run a routine until ``condition()`` is true, and close it then. Return whether the condition was true.
 
     The condition is called in each tick before the routine. The result is False if the routine ended by itself.
+
+    condition: a function without arguments.
+    routine: the routine, such as ``move(robot, 0.2)``.
+
+    >>> from robotcore import move
+    >>> import robotcore
+    >>> with robotcore.open("rover", world="open") as robot:
+    ...     robot.run(until(lambda: robot.drive.pose.x > 0.1, move(robot, 0.2)))  # whether the condition was true
+    True
     """
     _require_condition("until", condition)
     (routine,) = take_generators("until", [routine])
@@ -195,6 +290,14 @@ def on_stop(routine: Routine[T], clean_up: Callable[[], object]) -> Routine[T]:
     """Run a routine, and return its result. Call ``clean_up`` when it ends, fails or is closed.
 
     A run closes its routine when its time is over, and after an error or a signal. It does not if the app hangs.
+
+    routine: the routine.
+    clean_up: a function without arguments.
+
+    >>> import robotcore
+    >>> with robotcore.open("rover", world="open") as robot:
+    ...     robot.run(on_stop(wait(robot, 0.1), lambda: print("the light is off")))
+    the light is off
     """
     (routine,) = take_generators("on_stop", [routine])
     _require_condition("on_stop", clean_up)

@@ -19,6 +19,8 @@ from robotcore.cli.output import write_error, write_failure, write_line, write_l
 from robotcore.errors import Interrupted, RobotcoreError
 from robotcore.system import HAS_POSIX
 
+__all__ = ["execute", "run_app"]
+
 SIGNAL_BASE = 128
 """The exit status of a process that signal n ended is this plus n."""
 
@@ -58,7 +60,6 @@ OUTPUT_FAILED = 1
         "calibrate",
         "doctor",
         "test-devices",
-        "calibrate",
         "firmware",
         "deploy",
         "stop",
@@ -84,6 +85,11 @@ def run_app(name: str) -> NoReturn:
     """Run an app with this process's arguments, as ``robotcore run NAME`` does, and exit.
 
     An app's file calls this function, so that ``python FILE`` runs the app.
+
+    name: the app's name or file, as for ``robotcore run``.
+
+    >>> if __name__ == "__main__":  # the last lines of an app's file
+    ...     run_app(__file__)
     """
     _allow_all_characters()
     _exit(execute(["run", name, *sys.argv[1:]]))
@@ -99,6 +105,8 @@ def execute(arguments: Sequence[str]) -> int:
     """Run one command, and return its exit status. If signal n ended the command, the status is 128 + n.
 
     A RobotcoreError and an invalid argument are reported on stderr. Any other exception is raised.
+
+    arguments: the words of the command line after ``robotcore``.
 
     >>> execute(["worlds", "--no-such-option"])
     2

@@ -10,6 +10,8 @@ from pathlib import Path
 
 from robotcore.errors import UsageError
 
+__all__ = ["RobotAddress"]
+
 PATTERN = re.compile(
     r"(?:(?P<user>[A-Za-z0-9_][A-Za-z0-9_.-]{0,63})@)?"
     r"(?:(?P<name>[A-Za-z0-9_](?:[A-Za-z0-9_.-]{0,251}[A-Za-z0-9])?)"

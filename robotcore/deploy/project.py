@@ -32,6 +32,8 @@ from robotcore.sweep.spec import parse_seeds
 from robotcore.sweep.statistics import Requirement
 from robotcore.text import escape, parse_duration
 
+__all__ = ["DeployOptions", "Project", "build_project"]
+
 FILE = "pyproject.toml"
 TABLE = "robotcore"
 
@@ -179,6 +181,9 @@ class DeployOptions:
     """The options of a push. Each option that is not None overrides the project's ``pyproject.toml``.
 
     File names are relative to the current folder.
+
+    >>> DeployOptions(app="search.py", robot="my_robot.toml", seeds="1-3").seeds
+    '1-3'
     """
 
     app: str | None = None
@@ -206,7 +211,12 @@ class DeployOptions:
 
 @dataclass(frozen=True)
 class Project:
-    """A project to deploy: an app, a robot, and how the app runs there."""
+    """A project to deploy: an app, a robot, and how the app runs there.
+
+    >>> project = build_project(DeployOptions(app="green-search", robot="rover"), Path("/"))
+    >>> project.name, project.load_description().name, project.folder is None
+    ('green-search', 'rover', True)
+    """
 
     folder: Path | None
     """The absolute path of the user's folder; None if app, robot and world are installed, so that no file is sent."""

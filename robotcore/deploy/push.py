@@ -36,6 +36,8 @@ from robotcore.runtime.plan import DEFAULT_WORLD, RunRequest
 from robotcore.sweep.spec import format_options, parse_seeds
 from robotcore.text import pluralize
 
+__all__ = ["PushRequest", "push"]
+
 ROBOT = "robot"
 """The name of the step that connects to the robot, before the checks, and then probes it, after the checks."""
 
@@ -45,7 +47,14 @@ FILES = "files"
 
 @dataclass(frozen=True)
 class PushRequest:
-    """The project, the robot and the options of a push."""
+    """The project, the robot and the options of a push.
+
+    >>> from robotcore.deploy.project import DeployOptions, build_project
+    >>> project = build_project(DeployOptions(app="green-search", robot="rover"), Path("/"))
+    >>> request = PushRequest(RobotAddress.parse("pi@rover.local"), project, is_offline=True)
+    >>> str(request.host), request.is_checked
+    ('pi@rover.local', True)
+    """
 
     host: RobotAddress
     project: Project
@@ -70,6 +79,15 @@ def push(request: PushRequest, on_step: OnStep = print) -> str:
     on_step: this function is called with the progress.
     Raises ReleaseCheckError if a check fails, before anything is sent. Raises DeployError if the robot cannot be
     reached or cannot run the project. Raises UnhealthyError if the robot has rolled back the release.
+
+    >>> from robotcore.deploy.project import DeployOptions, build_project
+    >>> from robotcore.errors import DeployError
+    >>> project = build_project(DeployOptions(app="green-search", robot="rover"), Path("/"))
+    >>> try:
+    ...     push(PushRequest(RobotAddress.parse("pi@127.0.0.1:1"), project), on_step=lambda _: None)
+    ... except DeployError:
+    ...     print("nothing has changed on the robot")
+    nothing has changed on the robot
     """
     Step(ROBOT, on_step)  # without a text, because ssh may ask for a password
     with (

@@ -26,6 +26,10 @@ class Light(StrictModel):
 
     A surface appears in its colour times ``brightness · min(ambient + diffuse · cos(a), 1)``. The angle ``a`` is
     between the surface's normal and the direction to the lamp.
+
+    >>> light = Light(elevation_rad=math.pi / 2, brightness=0.8)
+    >>> [round(each, 1) for each in light.direction]  # the lamp is above the world
+    [0.0, 0.0, 1.0]
     """
 
     azimuth_rad: Radians = 0.8
@@ -63,7 +67,12 @@ Lag = Annotated[float, Field(ge=0, le=1)]
 
 
 class Conditions(StrictModel):
-    """The errors of simulated cameras, range sensors and wheels. With the defaults, there are no errors."""
+    """The errors of simulated cameras, range sensors and wheels. With the defaults, there are no errors.
+
+    >>> errors = Conditions(range_noise_m=0.02, wheel_gain_left=0.95)
+    >>> errors.range_noise_m, errors.camera_noise
+    (0.02, 0.0)
+    """
 
     camera_blur_px: Blur = 0.0
     """The standard deviation of the Gaussian blur of pictures, in pixels."""
@@ -106,7 +115,12 @@ Patterns = Annotated[
 
 
 class Randomisation(StrictModel):
-    """The ranges from which ``--randomise`` draws light, colours and errors. The defaults keep the tasks solvable."""
+    """The ranges from which ``--randomise`` draws light, colours and errors. The defaults keep the tasks solvable.
+
+    >>> ranges = Randomisation(range_noise_m=(0.0, 0.05), wheel_gain=False)  # false keeps the world's own value
+    >>> ranges.range_noise_m, ranges.wheel_gain is None, ranges.light_brightness
+    ((0.0, 0.05), True, (0.35, 1.4))
+    """
 
     light_brightness: Drawn[Brightness] = (0.35, 1.4)
     """The range of the drawn `Light.brightness`."""

@@ -27,7 +27,14 @@ AHEAD_RAD = math.pi / 4
 
 
 class Mount(StrictModel):
-    """The position and the direction of a device in the robot's frame."""
+    """The position and the direction of a device in the robot's frame.
+
+    >>> mount = Mount(x_m=0.14, z_m=0.10, yaw_rad=0.2)
+    >>> mount.pose, mount.is_ahead
+    (Pose(x=0.14 m, y=0 m, heading=0.2 rad), True)
+    >>> mount.face(math.pi).is_ahead
+    False
+    """
 
     x_m: Coordinate = 0.0
     """The distance from the axle forward to the device, in metres."""
@@ -71,7 +78,13 @@ class Mount(StrictModel):
 
 @dataclass(frozen=True)
 class Ideal:
-    """Marks a key of a device that describes an imperfection. `DeviceDescription.idealise` sets the value."""
+    """Marks a key of a device that describes an imperfection. `DeviceDescription.idealise` sets the value.
+
+    >>> class GripperDescription(DeviceDescription):
+    ...     play_m: Annotated[float, Ideal(0.0)] = 0.001
+    >>> GripperDescription(kind="gripper", name="hand").idealise().play_m
+    0.0
+    """
 
     value: Any
     """The value of the key for a device without the imperfection."""
@@ -81,6 +94,11 @@ class DeviceDescription(StrictModel):
     """The base class of the descriptions of devices. Each kind of device has a subclass.
 
     A subclass sets ``kind`` to a literal: the name of its kind in a robot's file.
+
+    >>> from robotcore.kinds.servo import ServoDescription
+    >>> pan = ServoDescription(kind="servo", name="pan", min_angle_rad=-1.5, max_angle_rad=1.5, max_velocity_rad_s=5.0)
+    >>> pan.kind_name(), pan.arguments()
+    ('servo', {'min_angle': -1.5, 'max_angle': 1.5, 'angle': 0.0})
     """
 
     kind: str
@@ -123,7 +141,12 @@ class DeviceDescription(StrictModel):
 
 
 class SensorDescription(DeviceDescription):
-    """The base class of the descriptions of sensors whose samples can be late or rare. All simulators simulate both."""
+    """The base class of the descriptions of sensors whose samples can be late or rare. All simulators simulate both.
+
+    >>> sonar = SensorDescription(kind="sonar", name="nose", latency_s=0.03, rate_hz=10)
+    >>> sonar.idealise().latency_s
+    0.0
+    """
 
     latency_s: Annotated[float, Field(ge=0, le=10), Ideal(0.0)] = 0.0
     """The time from the measurement of a sample until an app can read it, in seconds.

@@ -23,7 +23,14 @@ MAX_IMAGE_BYTES = 2**21
 
 
 class FloorImage(StrictModel):
-    """A picture on the floor. Its columns run along the world's x axis, and its top is at the greatest y."""
+    """A picture on the floor. Its columns run along the world's x axis, and its top is at the greatest y.
+
+    >>> import cv2
+    >>> _, png = cv2.imencode(".png", np.zeros((10, 20, 3), np.uint8))
+    >>> image = FloorImage(file="course.png", length_m=2.0, content=b64encode(png).decode())
+    >>> image.width_m
+    1.0
+    """
 
     file: str
     """The name of a PNG file in the folder of the world's file."""

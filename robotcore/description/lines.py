@@ -32,7 +32,12 @@ _ARC_STEPS = 12
 
 
 class Line(StrictModel):
-    """A line on the floor: all points that are at most half its width from a polyline."""
+    """A line on the floor: all points that are at most half its width from a polyline.
+
+    >>> line = Line(width_m=0.018, points_m=[(0, 0), (1, 0), (1, 1)], colour="blue")
+    >>> line.segments, line.colour
+    ((((0.0, 0.0), (1.0, 0.0)), ((1.0, 0.0), (1.0, 1.0))), (40, 80, 200))
+    """
 
     width_m: Metres
     points_m: Annotated[

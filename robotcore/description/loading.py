@@ -107,6 +107,8 @@ def is_own(name_or_file: str) -> bool:
 def load_robot(name_or_file: str) -> RobotDescription:
     """Return the description of a shipped robot by its name, or of a user's robot from a ``.toml`` file.
 
+    name_or_file: a name of `robot_names`, or a path that ends in ``.toml``.
+
     Raises UnknownNameError for an unknown name, UsageError for a file that cannot be read, and DescriptionError for
     mistakes in a file.
 
@@ -124,6 +126,8 @@ def parse_robot(file: str, content: bytes) -> RobotDescription:
 
 def load_world(name_or_file: str) -> WorldDescription:
     """Return the description of a shipped world by its name, or of a user's world from a ``.toml`` file.
+
+    name_or_file: a name of `world_names`, or a path that ends in ``.toml``.
 
     Raises UnknownNameError for an unknown name, UsageError for a file that cannot be read, and DescriptionError for
     mistakes in a file.

@@ -47,7 +47,12 @@ UNIT_ERROR_FACTOR = 10
 
 
 class Body(StrictModel):
-    """The body of a robot, a box. Its length and its width include the wheels."""
+    """The body of a robot, a box. Its length and its width include the wheels.
+
+    >>> body = Body(length_m=0.21, width_m=0.185, height_m=0.11, centre_x_m=0.035, clearance_m=0.018, mass_kg=1.07)
+    >>> round(body.front_x_m, 3)
+    0.14
+    """
 
     length_m: Metres
     """The distance from the rear to the front, including the wheels, in metres."""
@@ -93,7 +98,11 @@ class Body(StrictModel):
 
 
 class Safety(StrictModel):
-    """The limits of the safety rules in `robotcore.safety`."""
+    """The limits of the safety rules in `robotcore.safety`.
+
+    >>> Safety(stop_distance_m=0.15).deceleration_m_s2
+    0.5
+    """
 
     stop_distance_m: Metres = 0.10
     """The distance between the robot and an obstacle at which the range guard stops the robot, in metres."""
@@ -123,7 +132,15 @@ class _Origin:
 
 
 class RobotDescription(StrictModel):
-    """The description of a robot. ``context={"file": …}`` in a call of `model_validate` sets its ``file``."""
+    """The description of a robot. ``context={"file": …}`` in a call of `model_validate` sets its ``file``.
+
+    >>> from robotcore.description import load_robot
+    >>> robot = load_robot("rover")
+    >>> robot
+    <RobotDescription rover: differential drive, 2 motors, 2 encoders, 1 range sensor, 1 camera, 1 display>
+    >>> robot.first_of("range_sensor").max_range_m, robot.drive.track_m
+    (2.0, 0.155)
+    """
 
     model_config: ClassVar[ConfigDict] = ConfigDict(defer_build=True)
     # Packages register the kinds of devices, and their modules import this one.

@@ -41,6 +41,16 @@ class StrictModel(BaseModel):
     A model refuses unknown keys and numbers that are not finite. Its instances cannot be changed. Error messages quote
     the ``description`` of a field's type, which is the form of the value in a file. A validator must raise `Mistake`,
     or a ValueError whose text is the problem, a semicolon and a remedy.
+
+    >>> class Tray(StrictModel):
+    ...     depth_m: Metres
+    >>> Tray(depth_m=0.02)
+    Tray(depth_m=0.02)
+    >>> try:
+    ...     Tray(depth_m=0.02, deepth_m=0.03)
+    ... except ValueError as error:
+    ...     print(error.errors()[0]["msg"])
+    Extra inputs are not permitted
     """
 
     model_config = ConfigDict(extra="forbid", frozen=True, allow_inf_nan=False)

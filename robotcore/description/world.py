@@ -50,7 +50,11 @@ def round_outline(x: float, y: float, radius: float) -> Outline:
 
 
 class Floor(StrictModel):
-    """The floor, a rectangle. The ground beyond the floor has the same colour."""
+    """The floor, a rectangle. The ground beyond the floor has the same colour.
+
+    >>> Floor(length_m=4.0, width_m=3.0, colour="sand").colour
+    (205, 190, 160)
+    """
 
     length_m: Metres
     """The length of the floor along x, in metres."""
@@ -63,7 +67,11 @@ class Floor(StrictModel):
 
 
 class Walls(StrictModel):
-    """Four walls around the floor. Their inner faces are at the floor's edges."""
+    """Four walls around the floor. Their inner faces are at the floor's edges.
+
+    >>> Walls(height_m=0.4).thickness_m
+    0.05
+    """
 
     height_m: Metres
     thickness_m: Metres = 0.05
@@ -98,7 +106,12 @@ class Prism(StrictModel):
 
 
 class Box(Prism):
-    """A box on the floor."""
+    """A box on the floor.
+
+    >>> box = Box(shape="box", name="crate", x_m=1.0, length_m=0.4, width_m=0.2, height_m=0.3, colour="brown")
+    >>> box.outline
+    ((1.2, 0.1), (0.8, 0.1), (0.8, -0.1), (1.2, -0.1))
+    """
 
     shape: Literal["box"]
     length_m: Metres
@@ -113,7 +126,12 @@ class Box(Prism):
 
 
 class Cylinder(Prism):
-    """An upright cylinder on the floor, modelled as a prism of `CYLINDER_SIDES` sides."""
+    """An upright cylinder on the floor, modelled as a prism of `CYLINDER_SIDES` sides.
+
+    >>> drum = Cylinder(shape="cylinder", name="drum", y_m=1.0, radius_m=0.15, height_m=0.3, colour="grey")
+    >>> len(drum.outline) == CYLINDER_SIDES
+    True
+    """
 
     shape: Literal["cylinder"]
     radius_m: Metres
@@ -127,7 +145,11 @@ Obstacle = Annotated[Box | Cylinder, Field(discriminator="shape")]
 
 
 class Ball(StrictModel):
-    """A target: a ball on the floor."""
+    """A target: a ball on the floor.
+
+    >>> Ball(name="ball", radius_m=0.1, colour="green", x_m=1.35, y_m=1.2)
+    Ball(name='ball', radius_m=0.1, colour=(40, 170, 60), x_m=1.35, y_m=1.2)
+    """
 
     name: Name
     radius_m: Metres
@@ -144,7 +166,11 @@ class Ball(StrictModel):
 
 
 class Start(StrictModel):
-    """The pose of the axle's centre in the world's frame at the start of a run."""
+    """The pose of the axle's centre in the world's frame at the start of a run.
+
+    >>> Start(x_m=-1.0, yaw_rad=0.5).pose
+    Pose(x=-1 m, y=0 m, heading=0.5 rad)
+    """
 
     x_m: Coordinate = 0.0
     y_m: Coordinate = 0.0
@@ -156,7 +182,12 @@ class Start(StrictModel):
 
 
 class Variation(StrictModel):
-    """The intervals from which a seed draws the layout of a world. A value without an interval does not change."""
+    """The intervals from which a seed draws the layout of a world. A value without an interval does not change.
+
+    >>> variation = Variation(place_x_m=(-1.5, 1.5), gap_m=0.4)
+    >>> variation.place_x_m, variation.yaw_rad is None
+    ((-1.5, 1.5), True)
+    """
 
     place_x_m: Between[Coordinate] | None = None
     """The interval for the x coordinates of the start, of the obstacles and of the targets, in metres."""
@@ -178,7 +209,17 @@ class Variation(StrictModel):
 
 
 class WorldDescription(StrictModel):
-    """The description of a world, and the ranges from which a seed draws its variations."""
+    """The description of a world, and the ranges from which a seed draws its variations.
+
+    >>> from robotcore.description import load_world
+    >>> world = load_world("arena")
+    >>> world
+    <WorldDescription arena: 4 x 4 m, 6 obstacles, 1 target>
+    >>> world.target.name, world.start.pose
+    ('ball', Pose(x=-1.4 m, y=-1.3 m, heading=3 rad))
+    >>> WorldDescription(name="hall", floor=Floor(length_m=6.0, width_m=4.0), walls=Walls(height_m=0.4))
+    <WorldDescription hall: 6 x 4 m>
+    """
 
     name: Name
     summary: str = ""

@@ -32,6 +32,8 @@ from robotcore.recording import Recording, Tick
 from robotcore.recording.summary import is_plausible
 from robotcore.text import pluralize
 
+__all__ = ["Fidelity", "SimulationResult", "measure_fidelity"]
+
 AS_RECORDED = "as recorded"
 """The title of the simulation with the recorded description."""
 
@@ -47,7 +49,21 @@ FARTHEST_M = 100.0
 
 @dataclass(frozen=True, eq=False)
 class SimulationResult:
-    """A simulation of the recorded run, and its differences from it."""
+    """A simulation of the recorded run, and its differences from it.
+
+    >>> from pathlib import Path
+    >>> from tempfile import TemporaryDirectory
+    >>> from robotcore import RunRequest, run
+    >>> from robotcore.recording import read
+    >>> from robotcore.recording.recorder import Recorder
+    >>> with TemporaryDirectory() as folder:
+    ...     recorder = Recorder(Path(folder, "run.mcap"))
+    ...     result = run(RunRequest("avoid-obstacles", timeout_s=0.5), [recorder], [recorder.layer])
+    ...     fidelity = measure_fidelity(read(Path(folder, "run.mcap")), "run.mcap")
+    >>> (simulation,) = fidelity.simulations
+    >>> simulation.title, simulation.robot.name
+    ('as recorded', 'rover')
+    """
 
     title: str
     """`AS_RECORDED`, or the name of the robot's file."""
@@ -62,7 +78,20 @@ class SimulationResult:
 
 @dataclass(frozen=True, eq=False)
 class Fidelity:
-    """A recorded run, its simulations, and their differences."""
+    """A recorded run, its simulations, and their differences.
+
+    >>> from pathlib import Path
+    >>> from tempfile import TemporaryDirectory
+    >>> from robotcore import RunRequest, run
+    >>> from robotcore.recording import read
+    >>> from robotcore.recording.recorder import Recorder
+    >>> with TemporaryDirectory() as folder:
+    ...     recorder = Recorder(Path(folder, "run.mcap"))
+    ...     result = run(RunRequest("avoid-obstacles", timeout_s=0.5), [recorder], [recorder.layer])
+    ...     fidelity = measure_fidelity(read(Path(folder, "run.mcap")), "run.mcap")
+    >>> fidelity.backend, fidelity.duration_s, fidelity.measures["path.end_m"]
+    ('kinematic', 0.5, 0.0)
+    """
 
     name: str
     """The name of the recording's file."""

@@ -24,10 +24,17 @@ if TYPE_CHECKING:
     from robotcore.hal.check_finding import Finding
     from robotcore.hal.wiring import Wiring
 
+__all__ = ["Backend", "Capability", "ModelExport", "Setup", "load_backend", "loadable_backends"]
+
 
 @dataclass(frozen=True)
 class ModelExport:
-    """The model of a robot, and optionally of its world, in a text format such as URDF."""
+    """The model of a robot, and optionally of its world, in a text format such as URDF.
+
+    >>> model = ModelExport('<robot name="rover"/>', notes=("URDF has no range sensor",))
+    >>> model.notes, dict(model.pictures)
+    (('URDF has no range sensor',), {})
+    """
 
     text: str
     """The text of the model's file."""
@@ -41,7 +48,11 @@ OptionsT = TypeVar("OptionsT", bound=StrictModel)
 
 
 class Capability(str, Enum):
-    """An ability of a backend's simulator, such as to count contacts."""
+    """An ability of a backend's simulator, such as to count contacts.
+
+    >>> sorted(capability.value for capability in load_backend("kinematic").capabilities)
+    ['contacts', 'lockstep', 'pose']
+    """
 
     CONTACTS = "contacts"
     """The simulator counts the contacts of the robot with the world."""
@@ -116,7 +127,19 @@ class Setup:
 
 
 class Backend(ABC):
-    """The base class of backends. A backend opens robots in a simulator, or on a board."""
+    """The base class of backends. A backend opens robots in a simulator, or on a board.
+
+    >>> from robotcore.hal.clock import SteppedClock
+    >>> class Empty(Backend):
+    ...     name, summary = "empty", "opens a robot without devices"
+    ...
+    ...     def open(self, setup):
+    ...         return Robot(setup.robot.name, SteppedClock(setup.rate_hz, lambda steps: None), devices=[])
+    >>> setup = Setup(load_robot("rover"), None, devices=frozenset())
+    >>> with Empty().open(setup) as robot:
+    ...     robot
+    <Robot rover: t=0 s>
+    """
 
     name: ClassVar[str]
     """The backend's name, for the option --backend."""
@@ -286,7 +309,11 @@ def load_backend(name: str) -> Backend:
 
 
 def loadable_backends() -> Iterator[Backend]:
-    """Yield all registered backends, sorted by name. Backends that cannot be imported are left out."""
+    """Yield all registered backends, sorted by name. Backends that cannot be imported are left out.
+
+    >>> [backend.summary for backend in loadable_backends() if backend.name == "mock"]
+    ['scripted readings, recorded commands; no physics']
+    """
     for name in backend_names():
         with suppress(BackendMissingError):
             yield load_backend(name)

@@ -8,7 +8,11 @@ from enum import Enum
 
 
 class Level(str, Enum):
-    """The level of a finding."""
+    """The level of a finding.
+
+    >>> Finding.error("disk", "it is full", "Delete old recordings", kind="disk-full").level is Level.ERROR
+    True
+    """
 
     OK = "ok"
     """The check has found no problem."""

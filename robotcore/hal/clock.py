@@ -10,9 +10,20 @@ from collections.abc import Callable
 
 from robotcore.errors import UsageError
 
+__all__ = ["Clock", "PeriodicTask", "SteppedClock"]
+
 
 class PeriodicTask(ABC):
-    """The repeated calls that `Clock.call_every` has started."""
+    """The repeated calls that `Clock.call_every` has started.
+
+    >>> clock, calls = SteppedClock(20, lambda steps: None), []
+    >>> task = clock.call_every(0.1, lambda: calls.append(clock.now()), name="poll")
+    >>> clock.sleep_until(0.2)
+    True
+    >>> task.stop()
+    >>> clock.sleep_until(1.0), calls
+    (True, [0.1, 0.2])
+    """
 
     @abstractmethod
     def stop(self) -> None:
@@ -51,7 +62,16 @@ Callback = Callable[[], None]
 
 
 class Clock(ABC):
-    """The interface of a robot's clock. Its time is in seconds since the robot was opened."""
+    """The interface of a robot's clock. Its time is in seconds since the robot was opened.
+
+    >>> clock: Clock = SteppedClock(20, lambda steps: None)
+    >>> clock.call_at(0.1, lambda: print("a call at", clock.now()))
+    >>> clock.sleep_until(0.5)
+    a call at 0.1
+    True
+    >>> clock
+    <SteppedClock at 0.50 s>
+    """
 
     is_lockstep: bool = True
     """Whether time passes only within `sleep_until`."""

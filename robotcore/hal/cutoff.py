@@ -33,6 +33,25 @@ class Cutoff(ABC):
     - The cutoff releases the interpreter lock while it waits, because all cutoffs share a process. Files, sockets and
       pyserial do so.
     - The driver sends every command, even if it equals the last one, because the guardian may have stopped the motor.
+
+    >>> class StopLine(Cutoff):
+    ...     def __init__(self, line):
+    ...         self.line = line
+    ...
+    ...     def open(self):
+    ...         print(f"open line {self.line}")
+    ...
+    ...     def stop(self):
+    ...         print("low")
+    ...
+    ...     def close(self):
+    ...         print("close")
+    >>> cutoff = StopLine(line=22)
+    >>> for step in (cutoff.open, cutoff.arm, cutoff.stop, cutoff.close):
+    ...     step()
+    open line 22
+    low
+    close
     """
 
     @abstractmethod
@@ -103,6 +122,8 @@ class CutoffSpec:
 
 def merge_cutoffs(specs: Iterable[CutoffSpec]) -> tuple[CutoffSpec, ...]:
     """Return the specifications with those merged that differ only in the name of the device.
+
+    specs: the specifications of all motors.
 
     >>> parameters = {"line": 22}
     >>> motors = ("left_motor", "right_motor")

@@ -18,6 +18,18 @@ from robotcore.text import format_number
 if TYPE_CHECKING:
     from robotcore.description import Body, Mount
 
+__all__ = [
+    "Actuator",
+    "Device",
+    "Rays",
+    "Sample",
+    "SampleT",
+    "Sensor",
+    "Unit",
+    "build_driver_error",
+    "build_invalid_command",
+]
+
 _OURS = "robotcore"
 _LOOP = "robotcore.runtime.loop"
 """The module that calls apps. The stack frames above this module are not part of an app."""
@@ -44,6 +56,10 @@ def build_invalid_command(device: str, command: str, effect: str = "", remedy: s
 
     command: the command with its unit, such as ``an angle of nan rad``.
     effect: what the device did, after a comma.
+
+    >>> error = build_invalid_command("pan", "an angle of nan rad", remedy="Give radians")
+    >>> str(error).startswith("pan: the app commanded an angle of nan rad")
+    True
     """
     line = caller_location()
     where = f", at {line}" if line else ""
@@ -51,7 +67,13 @@ def build_invalid_command(device: str, command: str, effect: str = "", remedy: s
 
 
 class Sample(Protocol):
-    """The fields of every sample."""
+    """The fields of every sample.
+
+    >>> from robotcore.kinds.range_sensor import Range
+    >>> sample: Sample = Range(0.84, time=1.25, sequence=25)
+    >>> sample.time, sample.sequence
+    (1.25, 25)
+    """
 
     @property
     def time(self) -> float:
@@ -64,7 +86,12 @@ class Sample(Protocol):
 
 @dataclass(frozen=True)
 class Unit:
-    """The unit of a field of a sample or a command, as an annotation: ``voltage: Annotated[float, Unit("V")]``."""
+    """The unit of a field of a sample or a command, as an annotation: ``voltage: Annotated[float, Unit("V")]``.
+
+    >>> from robotcore.kinds.range_sensor import Range
+    >>> list_values(Range)
+    (Value(field='distance', unit='m'),)
+    """
 
     symbol: str
     """The symbol of the unit, such as ``m/s``; empty for a number without a unit."""
@@ -86,6 +113,7 @@ def list_values(sample: type[Any]) -> tuple[Value, ...]:
 
 
 SampleT = TypeVar("SampleT", bound=Sample)
+"""A type variable for the class of a sensor's samples."""
 CommandT = TypeVar("CommandT")
 T = TypeVar("T")
 
@@ -93,8 +121,18 @@ T = TypeVar("T")
 class Device:
     """The base class of a robot's devices. The constructor does not use hardware.
 
+    name: the name of the device, as in the robot's file.
+
     ``mount`` is the present pose of a mounted device on the robot in the plane. A run sets it from the robot's
     description. A device on a servo turns with it.
+
+    >>> device = Device("nose")
+    >>> device.mount = Pose(0.14, 0.0, 0.0)
+    >>> device.mount.x
+    0.14
+    >>> device.close()
+    >>> device
+    <Device nose: closed>
     """
 
     kind: ClassVar[str] = ""
@@ -146,7 +184,11 @@ class Device:
 
 
 class Rays(NamedTuple):
-    """The rays of a sample at equal angles, for display. The angles are in radians from the sensor's direction."""
+    """The rays of a sample at equal angles, for display. The angles are in radians from the sensor's direction.
+
+    >>> Rays(start=-0.5, end=0.5, distances=(1.2, 0.8, 1.2)).distances[1]  # straight ahead
+    0.8
+    """
 
     start: float
     """The angle of the first ray."""
@@ -157,7 +199,24 @@ class Rays(NamedTuple):
 
 
 class Sensor(Device, ABC, Generic[SampleT]):
-    """The base class of sensors, which return samples."""
+    """The base class of sensors, which return samples.
+
+    >>> from robotcore.kinds.range_sensor import Range
+    >>> class Constant(Sensor[Range]):
+    ...     kind = "range_sensor"
+    ...
+    ...     def _newest(self):
+    ...         return Range(0.84, time=1.25, sequence=25)
+    >>> sensor = Constant("nose")
+    >>> sensor.read()
+    Range 0.84 m at 1.25 s
+    >>> sensor.close()
+    >>> try:
+    ...     sensor.read()
+    ... except DeviceClosedError as error:
+    ...     print(error.device)
+    nose
+    """
 
     has_rays: ClassVar[bool] = False
     """Whether the samples have distances along rays. Recordings show them, and the conditions of worlds change them."""
@@ -231,7 +290,23 @@ class Sensor(Device, ABC, Generic[SampleT]):
 
 
 class Actuator(Device, ABC, Generic[CommandT]):
-    """The base class of actuators, which take commands."""
+    """The base class of actuators, which take commands.
+
+    >>> class Fan(Actuator[float]):
+    ...     kind, command_unit, safe_command = "fan", "rpm", 0.0
+    ...
+    ...     def _limit(self, command):
+    ...         return max(0.0, min(command, 3000.0))
+    ...
+    ...     def _apply(self, command):
+    ...         print("now", self.format_command(command))
+    >>> fan = Fan("cooler")
+    >>> fan.send(9000.0)
+    now 3000.00 rpm
+    3000.0
+    >>> fan.close()
+    now 0.00 rpm
+    """
 
     safe_command: ClassVar[Any] = None
     """The command of the safe state, such as a velocity of 0. None: the actuator holds its state at a stop."""
@@ -292,5 +367,14 @@ class Actuator(Device, ABC, Generic[CommandT]):
 
 
 def build_driver_error(device: str, error: Exception, kind: str = "driver-error") -> DeviceError:
-    """Return the error for an exception of a driver. The caller raises it from that exception."""
+    """Return the error for an exception of a driver. The caller raises it from that exception.
+
+    device: the name of the device.
+    error: the exception of the driver.
+    kind: the kind of the new error.
+
+    >>> error = build_driver_error("nose", OSError("unplugged"))
+    >>> str(error), error.kind
+    ('nose: OSError: unplugged', 'driver-error')
+    """
     return DeviceError(device, f"{type(error).__name__}: {error}".removesuffix(": "), kind=kind)

@@ -15,6 +15,20 @@ from robotcore.hal.check_finding import Finding
 from robotcore.hal.robot import Robot
 from robotcore.hal.simulation_state import SimulationState
 
+__all__ = [
+    "AT_OTHER_ANGLES",
+    "FLIPPED_HORIZONTALLY",
+    "FLIPPED_VERTICALLY",
+    "INVERTED",
+    "IN_OTHER_ORDER",
+    "RED_AND_BLUE_SWAPPED",
+    "REVERSED",
+    "ROTATED_180",
+    "YES_OR_NO",
+    "DeviceTest",
+    "Question",
+]
+
 T = TypeVar("T")
 
 REVERSED = "reversed"
@@ -30,8 +44,14 @@ The observation is a list with the number of the part whose wire belongs to each
 reversed.
 """
 
-FLIPPED_HORIZONTALLY, FLIPPED_VERTICALLY, ROTATED_180 = "mirrored", "upside-down", "rotated"
-"""The columns, the rows, or both, of a camera's pictures have the opposite order."""
+FLIPPED_HORIZONTALLY = "mirrored"
+"""The columns of a camera's pictures have the opposite order."""
+
+FLIPPED_VERTICALLY = "upside-down"
+"""The rows of a camera's pictures have the opposite order."""
+
+ROTATED_180 = "rotated"
+"""The columns and the rows of a camera's pictures have the opposite order."""
 
 RED_AND_BLUE_SWAPPED = "red-and-blue-swapped"
 """A camera's pictures have red in place of blue."""
@@ -46,7 +66,12 @@ A command is a share of the range: 0 is the least angle, 1 the greatest, and oth
 
 @dataclass(frozen=True)
 class Question:
-    """A question about a device. A person answers it, or the truth of a simulator."""
+    """A question about a device. A person answers it, or the truth of a simulator.
+
+    >>> question = Question("tone", "Does horn play a tone now?", YES_OR_NO)
+    >>> question.choices["y"]
+    'yes'
+    """
 
     topic: str
     """A name for the question within its device, such as ``wheel``. The option ``--answer`` refers to it."""
@@ -58,12 +83,19 @@ class Question:
 
 
 YES_OR_NO = {"y": "yes", "n": "no"}
+"""The choices of a question that a person answers with yes or no."""
 
 
 class DeviceTest(ABC):
     """A test of devices in progress. It moves and reads them, asks the person, and collects findings and corrections.
 
     A test lets time pass only by `run` and the methods that call it. Between these calls, all motors stand.
+
+    >>> def test_lamps(test: DeviceTest, lamps) -> None:  # `test_devices` of a Kind
+    ...     for lamp in lamps:
+    ...         test.repeat(lambda: test.robot[lamp.name].set_brightness(1.0), seconds=0.5)
+    ...         if test.ask(lamp.name, Question("on", f"Is {lamp.name} on?", YES_OR_NO)) == "y":
+    ...             test.confirm(lamp.name, "shines")
     """
 
     robot: Robot

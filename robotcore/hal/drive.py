@@ -10,6 +10,8 @@ from typing import NamedTuple, Protocol
 from robotcore.geometry import DifferentialGeometry, Pose, Twist, Wheels, to_float
 from robotcore.hal.clock import Clock
 
+__all__ = ["DifferentialDrive", "Odometry", "WheelPath"]
+
 COMMANDS = 200
 """The number of commands that a `CommandIntegrator` stores: those of one second at 200 Hz."""
 
@@ -30,17 +32,28 @@ class DifferentialDrive:
     A robot whose wheels skid or steer has the same methods. Its two wheels are those of a robot with two driven wheels
     that moves in the same way.
 
-    Each command returns the velocity that will be sent, after the limits and the range guard. ``geometry`` has the
-    wheel radius and the track. ``max_linear`` in m/s and ``max_angular`` in rad/s are the greatest velocities.
-    ``reach`` is the radius, in metres, of the circle that the robot needs to turn on the spot, and ``inner_reach`` that
-    of the circle between its wheels, where nothing else can be. ``min_turn_radius`` is the radius of the sharpest turn,
-    in metres; 0 for a robot that can turn on the spot. ``max_acceleration`` is the greatest acceleration that a run
-    commands to a wheel, in m/s², infinite without a limit. ``deceleration`` is that of a braking robot, in m/s².
+    Each command returns the velocity that will be sent, after the limits and the range guard. ``max_linear`` in m/s
+    and ``max_angular`` in rad/s are the greatest velocities. An app gets the drive as ``robot.drive``.
+
+    geometry: the radius of the wheels and the track.
+    stage: sends the commands to the motors.
+    odometry: computes the pose.
+    max_wheel_velocity: the greatest velocity of a wheel, in rad/s.
+    reach: the radius of the circle that the robot needs to turn on the spot, in metres.
+    min_turn_radius: the radius of the sharpest turn, in metres; 0 for a robot that can turn on the spot.
+    inner_reach: the radius of the circle between the wheels, where nothing else can be, in metres.
+    max_acceleration: the greatest acceleration that a run commands to a wheel, in m/s²; infinite without a limit.
+    deceleration: that of a braking robot, in m/s².
 
     >>> import robotcore
     >>> robot = robotcore.testing.MockRobot(range=[0.84]).layered
-    >>> robot.drive.set_velocity(0.1, 0.0)
+    >>> robot.drive.set_velocity(0.1, 0.0)  # m/s forward, rad/s to the left
     Twist(linear=0.0975 m/s, angular=0 rad/s)
+    >>> robot.drive.set_wheels(1.0, 1.0)  # rad/s
+    Wheels(left=1, right=1)
+    >>> robot.drive.pose
+    Pose(x=0 m, y=0 m, heading=0 rad)
+    >>> robot.drive.stop()
     """
 
     def __init__(
@@ -66,15 +79,19 @@ class DifferentialDrive:
         self._odometry = odometry
 
     def set_velocity(self, linear: float, angular: float) -> Twist:
-        """Set the forward velocity in m/s and the turn rate in rad/s, positive to the left.
+        """Set the velocity for this tick. Return the twist that will be sent.
 
-        Return the twist that will be sent.
+        linear: the forward velocity in m/s, negative for backward.
+        angular: the turn rate in rad/s, positive to the left.
         """
         wheels = self._stage.ask(self.geometry.to_wheels(to_float(linear), to_float(angular)))
         return self.geometry.to_twist(wheels)
 
     def set_wheels(self, left: float, right: float) -> Wheels:
-        """Set the velocities of the wheels in rad/s. Return the velocities that will be sent."""
+        """Set the velocities of the wheels for this tick. Return the velocities that will be sent.
+
+        left, right: the velocities in rad/s, positive forward.
+        """
         return self._stage.ask(Wheels(to_float(left), to_float(right)))
 
     def stop(self) -> None:
@@ -101,7 +118,11 @@ class DifferentialDrive:
 
 
 class WheelPath(NamedTuple):
-    """The angles of the two wheels, and how the wheels came to them since the last reading."""
+    """The angles of the two wheels, and how the wheels came to them since the last reading.
+
+    >>> WheelPath(Wheels(left=1.0, right=3.0), between=(Wheels(1.0, 1.0),)).angles.right
+    3.0
+    """
 
     angles: Wheels
     """The present angles in radians."""
@@ -116,6 +137,7 @@ class Odometry:
     Each call of `pose` adds an arc for each pair of angles in the path since the last call. An arc is exact if the
     ratio of the wheels' velocities was constant in it. ``latest`` is the result of the last call.
 
+    geometry: the radius of the wheels and the track.
     read_path: returns the path of the wheels since its last call.
 
     >>> path = WheelPath(Wheels(1.0, 3.0), between=(Wheels(1.0, 1.0),))  # straight on, and then to the left

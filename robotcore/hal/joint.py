@@ -12,6 +12,8 @@ from typing import NamedTuple
 from robotcore.description import Mount, RobotDescription
 from robotcore.hal.clock import Clock
 
+__all__ = ["Joint", "Joints"]
+
 ROUNDED_RAD = 1e-5
 """For a smaller motion, in radians, the angle in the middle is more precise than a difference of logarithms."""
 
@@ -84,7 +86,18 @@ class Joint:
 
 
 class Joints:
-    """The joints of a robot's servos. Each begins at the servo's rest angle."""
+    """The joints of a robot's servos. Each begins at the servo's rest angle.
+
+    >>> from robotcore.description import load_robot
+    >>> from robotcore.hal.clock import SteppedClock
+    >>> robot, clock = load_robot("scout"), SteppedClock(20.0, lambda steps: None)
+    >>> joints = Joints(robot, clock)
+    >>> joints["pan"].turn_to(0.5)
+    >>> clock.sleep_until(1.0)
+    True
+    >>> round(joints.locate(robot.first_of("camera").mount).yaw_rad, 3)  # of the camera on the servo
+    0.5
+    """
 
     def __init__(self, robot: RobotDescription, clock: Clock) -> None:
         servos = robot.all_of("servo")

@@ -26,10 +26,18 @@ if TYPE_CHECKING:
     from robotcore.hal.device_test import DeviceTest
     from robotcore.hal.simulation_state import SimulationState
 
+__all__ = ["Kind", "assert_limited", "assert_refused", "build_actuator", "build_sensor", "load_kind", "simulate_device"]
+
 
 @dataclass(frozen=True)
 class Kind:
-    """A kind of device. An entry point of the group ``robotcore.kinds`` with the kind's name refers to it."""
+    """A kind of device. An entry point of the group ``robotcore.kinds`` with the kind's name refers to it.
+
+    >>> from robotcore.kinds import range_sensor
+    >>> kind = range_sensor.KIND
+    >>> kind.name, kind.sample.__name__, kind.is_simulated
+    ('range_sensor', 'Range', True)
+    """
 
     summary: str
     """A description of the kind in a few words, which `robotcore kinds` lists."""
@@ -141,6 +149,9 @@ def load_kind(name: str) -> Kind:
     """Return the kind with a registered name.
 
     Raises UnknownNameError for an unknown name, and BackendMissingError for a kind that cannot be loaded.
+
+    >>> load_kind("camera").device.__name__
+    'Camera'
     """
     kind = load_registered("device kind", KINDS, name)
     if not isinstance(kind, Kind) or kind.name != name:
@@ -163,7 +174,18 @@ def is_monitored(description: DeviceDescription) -> bool:
 
 
 def assert_refused(actuator: Actuator[Any], *commands: Any) -> None:
-    """Check that an actuator refuses commands without a meaning, such as NaN. For the rules of a kind."""
+    """Check that an actuator refuses commands without a meaning, such as NaN. For the rules of a kind.
+
+    >>> from robotcore.kinds.servo import ServoDescription
+    >>> limits = {"min_angle_rad": -1.5, "max_angle_rad": 1.5, "max_velocity_rad_s": 5.0}
+    >>> servo = build_actuator(ServoDescription(kind="servo", name="pan", **limits), lambda rad: None)
+    >>> assert_refused(servo, float("nan"), float("inf"))
+    >>> try:
+    ...     assert_refused(servo, 0.5)
+    ... except AssertionError as error:
+    ...     print(error)
+    pan: the command 0.5 was accepted. Raise InvalidCommandError
+    """
     for command in commands:
         try:
             actuator.send(command)
@@ -176,6 +198,11 @@ def assert_limited(actuator: Actuator[Any], limited: Mapping[Any, Any]) -> None:
     """Check that an actuator limits commands. For the rules of a kind.
 
     limited: the command that the actuator must send for each command.
+
+    >>> from robotcore.kinds.servo import ServoDescription
+    >>> limits = {"min_angle_rad": -1.5, "max_angle_rad": 1.5, "max_velocity_rad_s": 5.0}
+    >>> servo = build_actuator(ServoDescription(kind="servo", name="pan", **limits), lambda rad: None)
+    >>> assert_limited(servo, {9.0: 1.5, -9.0: -1.5})
     """
     for command, expected in limited.items():
         sent = actuator.send(command)
@@ -187,8 +214,18 @@ def build_sensor(
 ) -> Sensor[Any]:
     """Return a sensor of the described kind.
 
+    description: the description of the sensor.
     newest: returns the newest sample.
     release: releases the hardware when the sensor is closed.
+
+    >>> from robotcore.kinds.button import ButtonDescription, Press
+    >>> button = build_sensor(
+    ...     ButtonDescription(kind="button", name="start"), lambda: Press(True, 1.25, 25), lambda: print("released")
+    ... )
+    >>> button.read().is_pressed
+    True
+    >>> button.close()
+    released
     """
     sensor = cast("_FunctionSensor", _create(_sensor_class(description.kind), description))
     sensor._newest_sample, sensor._release_hardware = newest, release  # noqa: SLF001  attributes of _FunctionSensor
@@ -200,8 +237,17 @@ def build_actuator(
 ) -> Actuator[Any]:
     """Return an actuator of the described kind.
 
+    description: the description of the actuator.
     apply: applies a command that is within the actuator's limits.
     release: releases the hardware when the actuator is closed.
+
+    >>> from robotcore.kinds.buzzer import BuzzerDescription
+    >>> buzzer = build_actuator(BuzzerDescription(kind="buzzer", name="horn"), lambda hertz: print(hertz, "Hz"))
+    >>> buzzer.play(440.0)
+    440.0 Hz
+    440.0
+    >>> buzzer.close()
+    0.0 Hz
     """
     actuator = cast("_FunctionActuator", _create(_actuator_class(description.kind), description))
     actuator._apply_command, actuator._release_hardware = apply, release  # noqa: SLF001  attributes of _FunctionActuator
@@ -225,6 +271,18 @@ def simulate_device(description: DeviceDescription, state: SimulationState) -> D
     """Return a device of the described kind that is simulated from the state of the simulation.
 
     Raises DeviceError if the kind is that of a sensor without a simulation.
+
+    >>> import numpy as np
+    >>> from robotcore.description import load_robot, load_world
+    >>> from robotcore.geometry import Pose, Twist
+    >>> from robotcore.hal.clock import SteppedClock
+    >>> from robotcore.hal.simulation_state import SimulationState
+    >>> state = SimulationState(
+    ...     load_robot("rover"), load_world("open"), SteppedClock(20, lambda steps: None), lambda: Pose(0.0, 0.0, 0.0),
+    ...     lambda: Twist(0.0, 0.0), lambda start, rays, reach: np.full(len(rays), 1.0), lambda: (), seed=7,
+    ... )
+    >>> simulate_device(state.robot.first_of("range_sensor"), state).read()
+    Range 0.95 m at 0.00 s
     """
     kind = load_kind(description.kind)
     if not kind.is_simulated:

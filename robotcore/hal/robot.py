@@ -21,17 +21,28 @@ if TYPE_CHECKING:
     from robotcore.kinds.motor import Motor
     from robotcore.kinds.range_sensor import RangeSensor
 
+__all__ = ["Robot", "Role"]
+
 
 DeviceT = TypeVar("DeviceT", bound=Device)
 
 
 class Role(str, Enum):
-    """A part of a robot that an app can require without the name of a device."""
+    """A part of a robot that an app can require without the name of a device.
+
+    >>> needs = {Role.DRIVE, Role.RANGE}  # of an app
+    >>> Role.RANGE.kind  # its first device fills the role
+    'range_sensor'
+    """
 
     DRIVE = "drive"
+    """The two wheels that move the robot: ``robot.drive``."""
     CAMERA = "camera"
+    """The first camera: ``robot.camera``."""
     RANGE = "range"
+    """The first range sensor: ``robot.range``."""
     DISPLAY = "display"
+    """The first display: ``robot.display``."""
 
     def __iter__(self) -> NoReturn:
         raise TypeError(f"Role.{self.name} is one role, and not a set. Write {{Role.{self.name}}}")
@@ -45,9 +56,21 @@ class Role(str, Enum):
 class Robot:
     """An open robot with its clock and its devices. Closing the robot first stops every motor.
 
-    The first camera, the first range sensor and the first display fill the roles. ``truth`` is the true state of a
-    simulated robot. The guardian stops the motors by the ``cutoffs``. A run without cutoffs starts no guardian.
-    ``notes`` are the backend's remarks for the user. ``value_log`` has the values that the app logs.
+    An app gets a robot, and uses its parts: ``robot.drive``, ``robot.range``, ``robot.camera``, ``robot.display``,
+    ``robot.clock``, and any device by its name. The first camera, the first range sensor and the first display fill the
+    roles.
+
+    A backend constructs a robot:
+
+    name: the robot's name.
+    clock: the robot's clock.
+    devices: the open devices.
+    drive: the drive; None for a robot that cannot drive.
+    truth: the true state of a simulated robot.
+    release: closes the backend's own resources, after all devices.
+    cutoffs: how the guardian stops the motors. A run without cutoffs starts no guardian.
+    notes: the backend's remarks for the user.
+    value_log: stores the values that the app logs.
 
     >>> import robotcore
     >>> robot = robotcore.testing.MockRobot(range=[0.84]).layered

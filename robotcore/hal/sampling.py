@@ -11,6 +11,8 @@ from robotcore.description import DeviceDescription, SensorDescription
 from robotcore.hal.clock import Clock, PeriodicTask, SteppedClock
 from robotcore.hal.device import SampleT
 
+__all__ = ["DelayedSamples", "SampleCache", "capture_at_once", "delay_samples"]
+
 
 class SampleCache(Generic[SampleT]):
     """Returns the sample of the clock's present time.
@@ -140,7 +142,13 @@ class DelayedSamples(Generic[SampleT]):
 
 
 def capture_at_once(take: Callable[[float, int], SampleT]) -> Capture[SampleT]:
-    """Return a function that measures and makes the sample at once, by ``take``."""
+    """Return a function that measures and makes the sample at once, by ``take``.
+
+    >>> from robotcore.kinds.encoder import Angle
+    >>> capture = capture_at_once(lambda time, sequence: Angle(0.5, time, sequence))
+    >>> capture(0.1, 1)()
+    Angle 0.50 rad at 0.10 s
+    """
 
     def capture(time: float, sequence: int) -> Callable[[], SampleT]:
         sample = take(time, sequence)
@@ -155,6 +163,19 @@ def delay_samples(
     """Return a function that returns a simulated sensor's samples, with the latency and the rate of its description.
 
     Without both, the sample is that of the clock's present time.
+
+    clock: the robot's clock.
+    description: the description of the sensor.
+    capture: measures, see `Capture`.
+
+    >>> from robotcore.kinds.encoder import Angle
+    >>> clock = SteppedClock(20, lambda steps: None)
+    >>> late = SensorDescription(kind="encoder", name="wheel", latency_s=0.1)
+    >>> read = delay_samples(clock, late, lambda time, sequence: lambda: Angle(time, time, sequence))
+    >>> clock.sleep_until(0.5)
+    True
+    >>> round(read().time, 3)  # of the measurement
+    0.4
     """
     if isinstance(description, SensorDescription) and (description.latency_s or description.rate_hz):
         return DelayedSamples(clock, capture, description.latency_s, description.rate_hz, description.name)

@@ -18,6 +18,8 @@ from robotcore.hal.clock import Clock
 from robotcore.hal.joint import Joints
 from robotcore.hal.noise import draw_noise, draw_noises
 
+__all__ = ["SimulationState"]
+
 Array = NDArray[np.float64]
 
 
@@ -26,6 +28,17 @@ class SimulationState:
     """The state of a simulated robot and its world. Each simulator in this process provides one to simulate devices.
 
     An app's `verify` gets a `Truth`.
+
+    >>> from robotcore.description import load_robot, load_world
+    >>> from robotcore.hal.clock import SteppedClock
+    >>> state = SimulationState(
+    ...     load_robot("rover"), load_world("open"), SteppedClock(20, lambda steps: None), lambda: Pose(0.0, 0.0, 0.0),
+    ...     lambda: Twist(0.2, 0.0), lambda start, rays, reach: np.full(len(rays), 1.0), lambda: (), seed=7,
+    ... )
+    >>> state.pose(), state.twist().linear, state.list_contact_bearings()
+    (Pose(x=0 m, y=0 m, heading=0 rad), 0.2, ())
+    >>> state.draw_noise("flow:speed", 0.1, time=0.5) == state.draw_noise("flow:speed", 0.1, time=0.5)
+    True
     """
 
     robot: RobotDescription

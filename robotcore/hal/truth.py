@@ -14,6 +14,8 @@ from robotcore.hal.simulation_state import SimulationState
 from robotcore.optics import CameraView
 from robotcore.raycast import cast, edges_of
 
+__all__ = ["Truth", "TruthSource"]
+
 REST_LINEAR_M_S = 0.01
 REST_ANGULAR_RAD_S = 0.05
 
@@ -22,7 +24,21 @@ RELEASE_M = 0.001
 
 
 class TruthSource(Protocol):
-    """The methods by which a simulator reports the true state of its robot."""
+    """The methods by which a simulator reports the true state of its robot.
+
+    >>> from robotcore.description import load_robot, load_world
+    >>> class Standing:
+    ...     def pose(self):
+    ...         return Pose(0.5, 0.0, 0.0)
+    ...
+    ...     def twist(self):
+    ...         return Twist(0.0, 0.0)
+    ...
+    ...     def contacts(self):
+    ...         return 0
+    >>> Truth(Standing(), load_robot("rover"), load_world("open"))
+    Truth(pose=Pose(x=0.5 m, y=0 m, heading=0 rad), contacts=0)
+    """
 
     def pose(self) -> Pose:
         """Return the true pose of the axle's centre in the world, with a heading from -π to π. See `Truth.pose`."""
@@ -38,7 +54,20 @@ class TruthSource(Protocol):
 
 
 class Truth:
-    """The true state of a simulated robot. An app's `verify` gets it at the end of a run."""
+    """The true state of a simulated robot. An app's `verify` gets it at the end of a run.
+
+    source: the simulator's methods.
+    robot: the description of the robot.
+    world: the description of the world.
+
+    >>> import robotcore
+    >>> with robotcore.open("rover", world="arena") as robot:
+    ...     twist = robot.drive.straight(0.2)  # metres
+    ...     robot.ground_truth.contacts, robot.ground_truth.is_at_rest
+    ...     robot.ground_truth.distance_to_target > 0.2
+    (0, True)
+    True
+    """
 
     def __init__(self, source: TruthSource, robot: RobotDescription, world: WorldDescription) -> None:
         self._source, self._world = source, world

@@ -17,6 +17,8 @@ from robotcore.errors import BackendError
 from robotcore.hal.clock import Callback, Clock, PeriodicTask
 from robotcore.threads import is_out_of_memory, start_thread
 
+__all__ = ["MonotonicClock", "ServerClock"]
+
 T = TypeVar("T")
 
 read_timer = time.perf_counter
@@ -84,6 +86,11 @@ class MonotonicClock(Clock):
     """A clock that follows the machine's time, and starts at zero. A thread of the clock makes the calls of `call_at`.
 
     The next `sleep_until` or `close` raises the exception of a call or of a periodic task. Later calls are still made.
+
+    >>> clock = MonotonicClock()
+    >>> clock.sleep_until(0.001), clock.now() >= 0.001
+    (True, True)
+    >>> clock.close()
     """
 
     is_lockstep = False
@@ -180,6 +187,11 @@ class ServerClock(MonotonicClock):
     """A clock that follows the time of a simulation server, and starts at zero.
 
     source: a function that returns the server's time in seconds.
+
+    >>> clock = ServerClock(lambda: 12.5)  # the server's time stands still
+    >>> clock.now()
+    0.0
+    >>> clock.close()
     """
 
     _longest_nap = 0.005

@@ -8,7 +8,11 @@ from enum import Enum
 
 
 class PadKind(str, Enum):
-    """The purpose of a pad of a board's connector."""
+    """The purpose of a pad of a board's connector.
+
+    >>> PadKind("ground") is PadKind.GROUND
+    True
+    """
 
     SIGNAL = "signal"
     POWER = "power"
@@ -18,7 +22,11 @@ class PadKind(str, Enum):
 
 @dataclass(frozen=True)
 class Pad:
-    """A pad of a board's connector."""
+    """A pad of a board's connector.
+
+    >>> Pad(number=11, name="GPIO 17", kind=PadKind.SIGNAL).name
+    'GPIO 17'
+    """
 
     number: int
     """The number of the pad on the connector, from 1 on."""
@@ -29,7 +37,11 @@ class Pad:
 
 @dataclass(frozen=True)
 class Wire:
-    """A wire between a device and a board."""
+    """A wire between a device and a board.
+
+    >>> Wire("nose", "range sensor, hc-sr04", "trigger", "GPIO 16", pads=(36,)).where
+    'GPIO 16'
+    """
 
     device: str
     """The device's name."""
@@ -45,7 +57,13 @@ class Wire:
 
 @dataclass(frozen=True)
 class Wiring:
-    """All wires between a robot's devices and its board."""
+    """All wires between a robot's devices and its board.
+
+    >>> pads = [Pad(1, "3.3 V", PadKind.POWER), Pad(2, "5 V", PadKind.POWER)]
+    >>> wiring = Wiring(pads, [Wire("nose", "range sensor, hc-sr04", "supply", "5 V", pads=(2,))], notes=[])
+    >>> [(wire.device, wire.signal, wire.where) for wire in wiring.wires]
+    [('nose', 'supply', '5 V')]
+    """
 
     pads: Sequence[Pad]
     """The pads of the connector, row by row. Each row has two pads."""

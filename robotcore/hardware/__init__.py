@@ -5,7 +5,7 @@ from robotcore.hardware.backend import HardwareBackend
 from robotcore.hardware.binding import bind_devices, list_drivers
 from robotcore.hardware.driver import Connection, DeviceBinding, DeviceContext, DeviceDriver, Drivers, Shared
 from robotcore.hardware.opening import encoder_of, motor_of, open_devices, open_robot
-from robotcore.hardware.polled_samples import NewestSample, PolledRangeSensor
+from robotcore.hardware.polled_samples import NewestSample, PolledRangeSensor, RangeSampler
 from robotcore.hardware.simulator_backend import SimulatorBackend
 
 __all__ = [
@@ -19,6 +19,7 @@ __all__ = [
     "Pad",
     "PadKind",
     "PolledRangeSensor",
+    "RangeSampler",
     "Shared",
     "SimulatorBackend",
     "Wire",

@@ -21,7 +21,17 @@ NO_DRIVER = "No installed driver opens this device, so its wires are left out."
 
 
 class HardwareBackend(Backend):
-    """Opens the devices of a robot with the drivers that the backend's section of the robot's file names."""
+    """Opens the devices of a robot with the drivers that the backend's section of the robot's file names.
+
+    >>> from robotcore.description import load_robot
+    >>> class MyBoard(HardwareBackend):
+    ...     name, section, summary = "my-board", "raspberrypi", "an invented board"
+    >>> board = MyBoard()
+    >>> board.check(load_robot("rover"))
+    '6 devices'
+    >>> board.wiring(load_robot("rover")).wires[0].where
+    'GPIO 17'
+    """
 
     section: ClassVar[str]
     """The name of the section in a robot's file that lists the driver and the settings of each device."""

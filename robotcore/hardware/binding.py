@@ -37,6 +37,10 @@ def bind_devices(
     missing_connectors: the connectors that the backend lacks. Errors do not suggest the drivers that need one.
 
     Raises DescriptionError with all mistakes in the section.
+
+    >>> from robotcore.description import load_robot
+    >>> [binding.label for binding in bind_devices(load_robot("rover"), "raspberrypi", ["left_motor", "nose"])]
+    ['motor, h-bridge', 'range sensor, hc-sr04']
     """
     chosen = {device.name for device in robot.devices} if names is None else set(names)
     wired = [
@@ -92,7 +96,14 @@ def _missing_hint(lacks: Collection[str], description: DeviceDescription) -> str
 
 
 def list_drivers(description: type[DeviceDescription]) -> list[str]:
-    """Return the names of the drivers that open devices with a class of descriptions."""
+    """Return the names of the drivers that open devices with a class of descriptions.
+
+    description: the class of the descriptions, such as ServoDescription.
+
+    >>> from robotcore.kinds.servo import ServoDescription
+    >>> "servo" in list_drivers(ServoDescription)
+    True
+    """
     return list(_find_drivers(description))
 
 

@@ -103,7 +103,14 @@ class Shared:
 
 @dataclass(frozen=True)
 class DeviceContext:
-    """The robot, its clock, and the open resources that a driver may use to open a device."""
+    """The robot, its clock, and the open resources that a driver may use to open a device.
+
+    >>> from robotcore.description import load_robot
+    >>> from robotcore.hal.clock import SteppedClock
+    >>> context = DeviceContext(load_robot("rover"), SteppedClock(20, lambda steps: None))
+    >>> context.robot.name, context.pins is None, context.shared
+    ('rover', True, Shared())
+    """
 
     robot: RobotDescription
     clock: Clock
@@ -126,6 +133,26 @@ class DeviceDriver(StrictModel, ABC):
 
     An instance is the driver of one device. Its fields are the settings, the keys of the device's table in the
     backend's section, without the key ``driver``.
+
+    >>> from robotcore.hal.kind import build_sensor
+    >>> from robotcore.kinds.button import ButtonDescription, Press
+    >>> class Doorbell(DeviceDriver):
+    ...     name = "doorbell"
+    ...     summary = "a switch between a GPIO and ground"
+    ...     described = ButtonDescription
+    ...
+    ...     gpio: int
+    ...
+    ...     def connections(self):
+    ...         return (Connection("switch", "GPIO", str(self.gpio)),)
+    ...
+    ...     def open(self, description, context):
+    ...         return build_sensor(description, lambda: Press(False, 0.0, 0))
+    >>> driver = Doorbell(gpio=4)
+    >>> driver.open(ButtonDescription(kind="button", name="start"), context=None).read()
+    Press not pressed at 0.00 s
+    >>> [str(wire) for wire in driver.connections()]
+    ['GPIO 4']
     """
 
     name: ClassVar[str]
@@ -202,7 +229,14 @@ Drivers = Mapping[str, DeviceDriver]
 
 @dataclass(frozen=True)
 class DeviceBinding:
-    """A device of a robot and its driver."""
+    """A device of a robot and its driver.
+
+    >>> from robotcore.description import load_robot
+    >>> from robotcore.hardware import bind_devices
+    >>> (nose,) = bind_devices(load_robot("rover"), "raspberrypi", ["nose"])
+    >>> nose.name, nose.label
+    ('nose', 'range sensor, hc-sr04')
+    """
 
     description: DeviceDescription
     driver: DeviceDriver

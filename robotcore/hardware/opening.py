@@ -44,6 +44,22 @@ def open_robot(
     notes: sentences for the user of a run.
 
     Raises the errors of `open_devices`.
+
+    >>> from robotcore.description import load_robot
+    >>> from robotcore.hal.clock import SteppedClock
+    >>> from robotcore.hal.kind import build_sensor
+    >>> from robotcore.hardware import DeviceDriver
+    >>> from robotcore.kinds.range_sensor import Range, RangeSensorDescription
+    >>> class Still(DeviceDriver):
+    ...     name, summary, described = "still", "a sensor that always measures 0.5 m", RangeSensorDescription
+    ...
+    ...     def open(self, description, context):
+    ...         return build_sensor(description, lambda: Range(0.5, 0.0, 0))
+    >>> setup = Setup(load_robot("rover"), None, devices=frozenset({"nose"}))
+    >>> binding = DeviceBinding(setup.robot.first_of("range_sensor"), Still())
+    >>> with open_robot(setup, [binding], SteppedClock(20, lambda steps: None)) as robot:
+    ...     robot.range.read()
+    Range 0.50 m at 0.00 s
     """
     opened = dict(opened)
     host = DeviceContext(setup.robot, clock, pins, opened)
@@ -72,7 +88,26 @@ def open_devices(bindings: Iterable[DeviceBinding], context: DeviceContext, open
     If another device fails, the remaining devices are still opened, to find all failures. Then all devices are closed.
     Raises one failure as a DeviceError, and several failures, also those of closing, as a DeviceGroupError.
 
+    bindings: the devices with their drivers.
+    context: the robot, its clock and the shared resources.
     opened: the same object as ``context.opened``.
+
+    >>> from robotcore.description import load_robot
+    >>> from robotcore.hal.clock import SteppedClock
+    >>> from robotcore.hal.kind import build_sensor
+    >>> from robotcore.hardware import DeviceDriver
+    >>> from robotcore.kinds.range_sensor import Range, RangeSensorDescription
+    >>> class Still(DeviceDriver):
+    ...     name, summary, described = "still", "a sensor that always measures 0.5 m", RangeSensorDescription
+    ...
+    ...     def open(self, description, context):
+    ...         return build_sensor(description, lambda: Range(0.5, 0.0, 0))
+    >>> opened = {}
+    >>> context = DeviceContext(load_robot("rover"), SteppedClock(20, lambda steps: None), opened=opened)
+    >>> open_devices([DeviceBinding(context.robot.first_of("range_sensor"), Still())], context, opened)  # notes
+    []
+    >>> opened["nose"].read()
+    Range 0.50 m at 0.00 s
     """
     failures: list[Exception] = []
     notes = []
@@ -122,12 +157,28 @@ def _close(device: Device, failures: list[Exception]) -> None:
 
 
 def encoder_of(motor: str, robot: RobotDescription) -> str | None:
-    """Return the name of the encoder on a motor's wheel, or None if the wheel has no encoder."""
+    """Return the name of the encoder on a motor's wheel, or None if the wheel has no encoder.
+
+    motor: the name of the motor.
+    robot: the description of the robot.
+
+    >>> from robotcore.description import load_robot
+    >>> encoder_of("left_motor", load_robot("rover"))
+    'left_encoder'
+    """
     return _encoders(robot).get(motor)
 
 
 def motor_of(encoder: str, robot: RobotDescription) -> str | None:
-    """Return the name of the motor on an encoder's wheel, or None if the encoder is on no wheel of the drive."""
+    """Return the name of the motor on an encoder's wheel, or None if the encoder is on no wheel of the drive.
+
+    encoder: the name of the encoder.
+    robot: the description of the robot.
+
+    >>> from robotcore.description import load_robot
+    >>> motor_of("left_encoder", load_robot("rover"))
+    'left_motor'
+    """
     return next((motor for motor, its in _encoders(robot).items() if its == encoder), None)
 
 

@@ -19,6 +19,9 @@ class NewestSample(Generic[SampleT]):
 
     A background thread calls `put` and `fail`, and other threads call `get`.
 
+    device: the name of the device, for errors.
+    first: the first sample, or the error that `get` raises before the first sample.
+
     >>> from robotcore.kinds.range_sensor import Range
     >>> newest = NewestSample("nose", Range(0.5, time=0.0, sequence=0))
     >>> newest.fail(OSError("unplugged"))
@@ -137,6 +140,22 @@ class PolledRangeSensor(RangeSensor):
     """A range sensor that returns the newest sample of a `RangeSampler`.
 
     A subclass starts its hardware in `_start`, and registers in ``_opened`` what stops the hardware.
+
+    description: the description of the sensor.
+    sampler: converts the measurements to samples.
+
+    >>> from robotcore.description import load_robot
+    >>> class Sonar(PolledRangeSensor):
+    ...     def _start(self):
+    ...         self._opened.callback(print, "the hardware has stopped")
+    ...         self._take_first(lambda: self._sampler.add_distance(0.5, time=0.1), wait=lambda: None, cycles=3)
+    >>> nose = load_robot("rover").first_of("range_sensor")
+    >>> sonar = Sonar(nose, RangeSampler(nose, echo_free_cycles=2))
+    >>> sonar.open()
+    >>> sonar.read()
+    Range 0.50 m at 0.10 s
+    >>> sonar.close()
+    the hardware has stopped
     """
 
     def __init__(self, description: RangeSensorDescription, sampler: RangeSampler) -> None:

@@ -23,6 +23,12 @@ class SimulatorBackend(Backend):
     """The base class of simulators whose robots may have real input devices.
 
     The simulator's section in the robot's file names the drivers of these devices. All other devices are simulated.
+
+    >>> from robotcore.description import load_robot
+    >>> from robotcore.hal.backend import load_backend
+    >>> kinematic = load_backend("kinematic")
+    >>> isinstance(kinematic, SimulatorBackend), kinematic.check(load_robot("rover"))  # it has no real device
+    (True, '')
     """
 
     def check(self, robot: RobotDescription) -> str:

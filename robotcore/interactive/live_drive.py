@@ -13,6 +13,8 @@ from robotcore.hal.drive import DifferentialDrive
 from robotcore.hal.robot import Robot
 from robotcore.interactive.attribute_errors import raise_attribute_error
 
+__all__ = ["LiveDrive"]
+
 
 class LiveDrive(DifferentialDrive):
     """Drives a live robot. A manoeuvre lets time pass until the robot stands, and returns its pose by the odometry.

@@ -30,6 +30,8 @@ from robotcore.runtime.session import RunSession
 from robotcore.runtime.signals import SignalGuard, raise_again
 from robotcore.view.robot_picture import RobotPicture, draw_robot
 
+__all__ = ["LiveRobot"]
+
 FinishResult = Callable[[RunResult], RunResult]
 """Adds the result of the recording to that of the session. Raises the error of a recording that failed."""
 
@@ -42,6 +44,8 @@ class LiveRobot(Robot):
     the robot stays open. After an error of the safety stage, the robot must be opened again.
 
     `close`, the end of a ``with`` block and the end of the program stop the motors and close the robot.
+
+    session, loop, run, signals, finish: the parts of the run that `robotcore.open` has begun.
 
     >>> import robotcore
     >>> with robotcore.open("rover", world="open") as robot:

@@ -32,6 +32,8 @@ from robotcore.runtime.session import RunSession
 from robotcore.runtime.signals import SignalGuard, raise_again
 from robotcore.runtime.trace import TickRecord
 
+__all__ = ["open"]
+
 LONGEST_S = 1e9
 """The time limit of a session in seconds, which no session reaches. The user ends a session."""
 

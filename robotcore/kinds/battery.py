@@ -13,9 +13,15 @@ from robotcore.hal.device import Sensor, Unit
 from robotcore.hal.kind import Kind
 from robotcore.hal.robot import Robot
 
+__all__ = ["KIND", "Battery", "BatteryDescription", "Voltage"]
+
 
 class BatteryDescription(DeviceDescription):
-    """A battery whose voltage is measured."""
+    """A battery whose voltage is measured.
+
+    >>> BatteryDescription(kind="battery", name="battery", warn_below_v=6.6)
+    BatteryDescription(kind='battery', name='battery', warn_below_v=6.6)
+    """
 
     kind: Literal["battery"]
     warn_below_v: Annotated[float, Field(ge=0.1, le=1000)] | None = None
@@ -27,7 +33,11 @@ class BatteryDescription(DeviceDescription):
 
 @dataclass(frozen=True, slots=True)
 class Voltage:
-    """A sample of a battery."""
+    """A sample of a battery.
+
+    >>> Voltage(voltage=7.4, time=1.25, sequence=1)
+    Voltage 7.40 V at 1.25 s
+    """
 
     voltage: Annotated[float, Unit("V")]
     """The voltage of the battery, in volts."""
@@ -41,6 +51,13 @@ class Battery(Sensor[Voltage]):
     """A sensor that measures the voltage of a battery.
 
     A run warns below ``warn_below`` volts, a limit that the run sets from the robot's description.
+
+    >>> from robotcore.hal.kind import build_sensor
+    >>> description = BatteryDescription(kind="battery", name="battery", warn_below_v=6.6)
+    >>> battery = build_sensor(description, lambda: Voltage(6.4, 1.25, 1))
+    >>> description.configure(battery)
+    >>> battery.find_problem(battery.read())
+    '6.40 V is below the limit of 6.6 V. Charge the battery'
     """
 
     kind = "battery"
@@ -77,3 +94,4 @@ KIND = Kind(
     rules=(check_voltage,),
     is_optional=True,
 )
+"""The kind `battery`, which the entry point of this name refers to."""

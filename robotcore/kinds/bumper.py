@@ -16,9 +16,16 @@ from robotcore.hal.kind import Kind
 from robotcore.hal.simulation_state import SimulationState
 from robotcore.kinds.device_tests.contacts import test_contacts
 
+__all__ = ["KIND", "Bumper", "BumperDescription", "Touch"]
+
 
 class BumperDescription(SensorDescription):
-    """A bumper, which detects contacts in a sector of directions."""
+    """A bumper, which detects contacts in a sector of directions.
+
+    >>> left = {"direction_rad": math.pi / 4, "width_rad": math.pi / 2}
+    >>> BumperDescription(kind="bumper", name="left_bumper", **left).arguments()["direction"] > 0
+    True
+    """
 
     kind: Literal["bumper"]
     direction_rad: Annotated[float, Field(ge=-math.pi, le=math.pi)] = 0.0
@@ -32,7 +39,11 @@ class BumperDescription(SensorDescription):
 
 @dataclass(frozen=True, slots=True)
 class Touch:
-    """A sample of a bumper."""
+    """A sample of a bumper.
+
+    >>> Touch(is_pressed=True, time=1.25, sequence=25)
+    Touch pressed at 1.25 s
+    """
 
     is_pressed: Annotated[bool, Unit("")]
     """Whether the bumper touches a body."""
@@ -47,6 +58,13 @@ class Bumper(Sensor[Touch]):
 
     ``direction`` is the angle from the robot's x axis to the middle of the sector in which it detects contacts, and
     ``width`` is the full width of the sector, both in radians. A positive direction is on the left.
+
+    >>> from robotcore.testing import MockRobot
+    >>> robot = MockRobot("tracer", readings={"left_bumper": True}).layered
+    >>> {bumper.name: bumper.read().is_pressed for bumper in robot.all(Bumper)}
+    {'left_bumper': True, 'right_bumper': False}
+    >>> robot["left_bumper"].direction > 0  # on the left
+    True
     """
 
     kind = "bumper"
@@ -68,3 +86,4 @@ def simulate(bumper: BumperDescription, state: SimulationState) -> Callable[[flo
 
 
 KIND = Kind("a sensor of contacts", BumperDescription, Bumper, Touch, simulate, test_devices=test_contacts)
+"""The kind `bumper`, which the entry point of this name refers to."""

@@ -12,16 +12,26 @@ from robotcore.hal.kind import Kind
 from robotcore.hal.simulation_state import SimulationState
 from robotcore.kinds.device_tests.contacts import test_contacts
 
+__all__ = ["KIND", "Button", "ButtonDescription", "Press"]
+
 
 class ButtonDescription(DeviceDescription):
-    """A button that a person presses."""
+    """A button that a person presses.
+
+    >>> ButtonDescription(kind="button", name="start")
+    ButtonDescription(kind='button', name='start')
+    """
 
     kind: Literal["button"]
 
 
 @dataclass(frozen=True, slots=True)
 class Press:
-    """A sample of a button."""
+    """A sample of a button.
+
+    >>> Press(is_pressed=False, time=1.25, sequence=25)
+    Press not pressed at 1.25 s
+    """
 
     is_pressed: Annotated[bool, Unit("")]
     """Whether the button is pressed."""
@@ -32,7 +42,13 @@ class Press:
 
 
 class Button(Sensor[Press]):
-    """A button that a person presses, such as one that starts the robot."""
+    """A button that a person presses, such as one that starts the robot.
+
+    >>> from robotcore.hal.kind import build_sensor
+    >>> start = build_sensor(ButtonDescription(kind="button", name="start"), lambda: Press(True, 1.25, 25))
+    >>> start.read().is_pressed
+    True
+    """
 
     kind = "button"
 
@@ -46,3 +62,4 @@ def simulate(button: ButtonDescription, state: SimulationState) -> Callable[[flo
 
 
 KIND = Kind("a button that a person presses", ButtonDescription, Button, Press, simulate, test_devices=test_contacts)
+"""The kind `button`, which the entry point of this name refers to."""

@@ -18,6 +18,8 @@ from robotcore.hal.kind import Kind, assert_limited, assert_refused
 from robotcore.hal.robot import Robot
 from robotcore.hal.simulation_state import SimulationState
 
+__all__ = ["KIND", "Buzzer", "BuzzerDescription"]
+
 SILENCE = 0.0
 """The frequency of no tone, in Hz."""
 
@@ -26,7 +28,11 @@ MIN_FREQUENCY_HZ = 20.0
 
 
 class BuzzerDescription(DeviceDescription):
-    """A buzzer, which plays tones."""
+    """A buzzer, which plays tones.
+
+    >>> BuzzerDescription(kind="buzzer", name="horn", max_frequency_hz=4000.0)
+    BuzzerDescription(kind='buzzer', name='horn', max_frequency_hz=4000.0)
+    """
 
     kind: Literal["buzzer"]
     max_frequency_hz: Annotated[float, Field(ge=MIN_FREQUENCY_HZ, le=20_000)] = 5000.0
@@ -121,3 +127,4 @@ KIND = Kind(
     is_optional=True,
     test_devices=test_buzzers,
 )
+"""The kind `buzzer`, which the entry point of this name refers to."""

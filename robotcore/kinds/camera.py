@@ -21,12 +21,21 @@ from robotcore.kinds.device_tests.cameras import test_cameras
 from robotcore.lens import Lens, is_invertible
 from robotcore.optics import Image, Intrinsics
 
+__all__ = ["KIND", "Camera", "CameraDescription", "Frame"]
+
 Coefficient = Annotated[float, Field(ge=-10, le=10)]
 Pixel = Annotated[float, Field(ge=0, le=4096)]
 
 
 class CameraDescription(SensorDescription):
-    """A camera, which simulators model as a pinhole camera with a lens."""
+    """A camera, which simulators model as a pinhole camera with a lens.
+
+    >>> eye = CameraDescription(
+    ...     kind="camera", name="eye", mount=Mount(z_m=0.1), width_px=320, height_px=240, horizontal_fov_rad=1.08
+    ... )
+    >>> eye.intrinsics
+    Intrinsics(width=320, height=240, horizontal_fov=1.08, centre=None, distortion=())
+    """
 
     kind: Literal["camera"]
     mount: Mount
@@ -114,7 +123,23 @@ class Frame:
 
 
 class Camera(Sensor[Frame]):
-    """A camera. ``intrinsics`` is its pinhole model, and ``mount`` is its pose on the robot in the plane."""
+    """A camera. Its frames have BGR pictures, whose origin is the top left corner.
+
+    An app reads the first camera as ``robot.camera``. ``mount`` is the camera's pose on the robot in the plane.
+
+    name: the name of the camera, as in the robot's file.
+    intrinsics: the pinhole model, with which a pixel becomes a direction.
+
+    >>> from robotcore.testing import MockRobot
+    >>> camera = MockRobot(camera=np.zeros((240, 320, 3), np.uint8)).layered.camera
+    >>> frame = camera.read()
+    >>> frame
+    <Frame 320x240 at 0.00 s>
+    >>> frame.image[0, 0].tolist()  # the blue, green and red of a pixel: row, column
+    [0, 0, 0]
+    >>> camera.intrinsics.bearing(319.5)  # the right edge, in radians to the left
+    -0.54105
+    """
 
     kind = "camera"
 
@@ -198,3 +223,4 @@ KIND = Kind(
     validate_sample=validate_sample,
     test_devices=test_cameras,
 )
+"""The kind `camera`, which the entry point of this name refers to."""

@@ -13,20 +13,35 @@ from robotcore.hal.kind import Kind, assert_refused
 from robotcore.hal.robot import Robot
 from robotcore.optics import Image, is_picture
 
+__all__ = ["KIND", "Display", "DisplayDescription"]
+
 
 class DisplayDescription(DeviceDescription):
-    """A display that shows the pictures of an app."""
+    """A display that shows the pictures of an app.
+
+    >>> DisplayDescription(kind="display", name="screen")
+    DisplayDescription(kind='display', name='screen')
+    """
 
     kind: Literal["display"]
 
 
 class Display(Actuator[Image], ABC):
-    """A device that shows the pictures of an app."""
+    """A device that shows the pictures of an app. An app shows on the first display by ``robot.display.show``.
+
+    >>> from robotcore.testing import MockRobot
+    >>> mock = MockRobot("rover")
+    >>> mock.layered.display.show(np.zeros((120, 160, 3), np.uint8))
+    >>> [picture.shape for picture in mock.pictures]
+    [(120, 160, 3)]
+    """
 
     kind = "display"
 
     def show(self, image: Image) -> None:
-        """Show a BGR picture of shape (height, width, 3) or a grey one of shape (height, width), as ``uint8``.
+        """Show a picture.
+
+        image: a BGR picture of shape (height, width, 3), or a grey one of shape (height, width), as ``uint8``.
 
         Raises InvalidCommandError for anything else, and DeviceError if the display fails.
         """
@@ -78,3 +93,4 @@ KIND = Kind(
     rules=(check_pictures,),
     is_optional=True,
 )
+"""The kind `display`, which the entry point of this name refers to."""

@@ -16,9 +16,16 @@ from robotcore.hal.kind import Kind, raise_not_simulated
 from robotcore.hal.sampling import SampleCache
 from robotcore.kinds.device_tests.wheels import test_encoders
 
+__all__ = ["KIND", "Angle", "Encoder", "EncoderDescription"]
+
 
 class EncoderDescription(DeviceDescription):
-    """An incremental encoder on a wheel."""
+    """An incremental encoder on a wheel.
+
+    >>> encoder = EncoderDescription(kind="encoder", name="left_encoder", counts_per_turn=960)
+    >>> encoder.quantise(0.01)  # radians
+    0.01308996938995747
+    """
 
     kind: Literal["encoder"]
     counts_per_turn: Annotated[int, Field(ge=1, le=10**7)]
@@ -33,7 +40,11 @@ class EncoderDescription(DeviceDescription):
 
 @dataclass(frozen=True, slots=True)
 class Angle:
-    """A sample of an encoder."""
+    """A sample of an encoder.
+
+    >>> Angle(angle=3.1, time=1.25, sequence=25)
+    Angle 3.10 rad at 1.25 s
+    """
 
     angle: Annotated[float, Unit("rad")]
     """The angle by which the wheel has turned since the robot was opened, in radians, positive forward."""
@@ -44,7 +55,13 @@ class Angle:
 
 
 class Encoder(Sensor[Angle]):
-    """A sensor that measures the angle of a wheel."""
+    """A sensor that measures the angle of a wheel. Odometry reads the encoders of the drive.
+
+    >>> from robotcore.testing import MockRobot
+    >>> robot = MockRobot("rover", readings={"left_encoder": 3.1}).layered
+    >>> robot["left_encoder"].read()
+    Angle 3.10 rad at 0.00 s
+    """
 
     kind = "encoder"
 
@@ -70,3 +87,4 @@ class SimulatedEncoder(Encoder):
 KIND = Kind(
     "an encoder on a wheel", EncoderDescription, Encoder, Angle, raise_not_simulated, test_devices=test_encoders
 )
+"""The kind `encoder`, which the entry point of this name refers to."""

@@ -18,6 +18,8 @@ from robotcore.hal.kind import Kind
 from robotcore.hal.robot import Robot
 from robotcore.hal.simulation_state import SimulationState
 
+__all__ = ["KIND", "Gamepad", "GamepadDescription", "GamepadSample", "ScriptedInput"]
+
 AXES = ("left_x", "left_y", "right_x", "right_y")
 """The axes of the sticks, from -1 to 1."""
 
@@ -34,7 +36,11 @@ Flag = Annotated[bool, Unit("")]
 
 
 class ScriptedInput(StrictModel):
-    """The input of a simulated gamepad from a time on. An axis that is left out is 0, and a button is released."""
+    """The input of a simulated gamepad from a time on. An axis that is left out is 0, and a button is released.
+
+    >>> ScriptedInput(at_s=0.5, left_y=1.0, south=True).model_dump(exclude_defaults=True)
+    {'at_s': 0.5, 'left_y': 1.0, 'south': True}
+    """
 
     at_s: Annotated[float, Field(ge=0, le=1e6)]
     """The time since the start of the run, in seconds."""
@@ -62,7 +68,12 @@ class ScriptedInput(StrictModel):
 
 
 class GamepadDescription(DeviceDescription):
-    """A gamepad. The script is the input of a simulated one."""
+    """A gamepad. The script is the input of a simulated one.
+
+    >>> script = [{"at_s": 0.5, "left_y": 1.0}, {"at_s": 2.5, "south": True}]
+    >>> [entry.at_s for entry in GamepadDescription(kind="gamepad", name="pad", script=script).script]
+    [0.5, 2.5]
+    """
 
     kind: Literal["gamepad"]
     script: tuple[ScriptedInput, ...] = ()
@@ -80,7 +91,12 @@ class GamepadDescription(DeviceDescription):
 
 @dataclass(frozen=True, slots=True)
 class GamepadSample:
-    """A sample of a gamepad. The buttons are named by their place, because each maker prints other signs on them."""
+    """A sample of a gamepad. The buttons are named by their place, because each maker prints other signs on them.
+
+    >>> at_rest = dict.fromkeys((field.name for field in fields(GamepadSample)), False)
+    >>> GamepadSample(**{**at_rest, "left_y": 0.5, "south": True, "time": 1.25, "sequence": 25})
+    GamepadSample left_y 0.50, south at 1.25 s
+    """
 
     left_x: Number
     """The left stick, from -1 to 1, positive to the right."""
@@ -200,3 +216,4 @@ KIND = Kind(
     rules=(check_limits,),
     validate_sample=validate_sample,
 )
+"""The kind `gamepad`, which the entry point of this name refers to."""

@@ -17,9 +17,16 @@ from robotcore.hal.device_test import REVERSED, DeviceTest
 from robotcore.hal.kind import Kind
 from robotcore.hal.simulation_state import SimulationState
 
+__all__ = ["KIND", "Imu", "ImuDescription", "ImuSample"]
+
 
 class ImuDescription(SensorDescription):
-    """An inertial measurement unit. The errors are those of a simulated one."""
+    """An inertial measurement unit. The errors are those of a simulated one.
+
+    >>> imu = ImuDescription(kind="imu", name="imu", yaw_rate_bias_rad_s=0.01, rate_hz=100)
+    >>> imu.idealise().yaw_rate_bias_rad_s
+    0.0
+    """
 
     kind: Literal["imu"]
     yaw_rate_noise_rad_s: Annotated[float, Field(ge=0, le=10), Ideal(0.0)] = 0.0
@@ -34,7 +41,12 @@ class ImuDescription(SensorDescription):
 
 @dataclass(frozen=True, slots=True)
 class ImuSample:
-    """A sample of an IMU. The axes are those of the robot, and gravity is not part of the acceleration."""
+    """A sample of an IMU. The axes are those of the robot, and gravity is not part of the acceleration.
+
+    >>> sample = ImuSample(0.5, 0.0, 0.1, heading=1.57, time=1.25, sequence=25)
+    >>> sample.format_values()
+    'yaw rate 0.50 rad/s, forward acceleration 0.00 m/s², left acceleration 0.10 m/s², heading 1.57 rad'
+    """
 
     yaw_rate: Annotated[float, Unit("rad/s")]
     """The turn rate, in rad/s, positive to the left."""
@@ -54,7 +66,14 @@ class ImuSample:
 
 
 class Imu(Sensor[ImuSample]):
-    """A sensor that measures the turn rate, the acceleration and the heading."""
+    """A sensor that measures the turn rate, the acceleration and the heading.
+
+    >>> from robotcore.hal.kind import build_sensor
+    >>> description = ImuDescription(kind="imu", name="imu")
+    >>> imu = build_sensor(description, lambda: ImuSample(0.5, 0.0, 0.1, heading=1.57, time=1.25, sequence=25))
+    >>> imu.read().yaw_rate, imu.read().heading
+    (0.5, 1.57)
+    """
 
     kind = "imu"
 
@@ -170,3 +189,4 @@ def _push(test: DeviceTest, motor: Any, share: float) -> None:
 KIND = Kind(
     "a sensor of turn rate, acceleration and heading", ImuDescription, Imu, ImuSample, simulate, test_devices=test_imus
 )
+"""The kind `imu`, which the entry point of this name refers to."""

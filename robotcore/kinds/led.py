@@ -16,6 +16,8 @@ from robotcore.hal.kind import Kind, assert_limited, assert_refused
 from robotcore.hal.robot import Robot
 from robotcore.hal.simulation_state import SimulationState
 
+__all__ = ["KIND", "Led", "LedDescription"]
+
 Brightness = tuple[float, float, float]
 """The brightness of red, green and blue, each from 0 to 1."""
 
@@ -23,7 +25,11 @@ OFF: Brightness = (0.0, 0.0, 0.0)
 
 
 class LedDescription(DeviceDescription):
-    """A light of one colour, or of red, green and blue."""
+    """A light of one colour, or of red, green and blue.
+
+    >>> LedDescription(kind="led", name="lamp", is_rgb=True)
+    LedDescription(kind='led', name='lamp', is_rgb=True)
+    """
 
     kind: Literal["led"]
     is_rgb: bool = False
@@ -163,3 +169,4 @@ KIND = Kind(
     is_optional=True,
     test_devices=test_lights,
 )
+"""The kind `led`, which the entry point of this name refers to."""

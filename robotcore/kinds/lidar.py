@@ -20,6 +20,8 @@ from robotcore.hal.kind import Kind
 from robotcore.hal.robot import Robot
 from robotcore.hal.simulation_state import SimulationState
 
+__all__ = ["KIND", "Lidar", "LidarDescription", "Scan"]
+
 Array = NDArray[np.float64]
 
 DISTANCE_DECIMALS = 3
@@ -48,7 +50,14 @@ Bearing = Annotated[float, Field(ge=-math.tau, le=math.tau)]
 
 
 class LidarDescription(SensorDescription):
-    """A lidar with horizontal rays. The direction of the mount is that of the bearing 0."""
+    """A lidar with horizontal rays. The direction of the mount is that of the bearing 0.
+
+    >>> lidar = LidarDescription(
+    ...     kind="lidar", name="scanner", mount=Mount(z_m=0.12), min_range_m=0.1, max_range_m=8.0, count=4
+    ... )
+    >>> [round(math.degrees(bearing)) for bearing in lidar.bearings]
+    [-180, -90, 0, 90]
+    """
 
     kind: Literal["lidar"]
     mount: Mount
@@ -109,7 +118,14 @@ class LidarDescription(SensorDescription):
 
 @dataclass(frozen=True, slots=True)
 class Scan:
-    """A sample of a lidar: one distance for each ray."""
+    """A sample of a lidar: one distance for each ray.
+
+    >>> scan = Scan(distances=(0.8, math.inf, 1.2), time=1.25, sequence=12)
+    >>> scan
+    Scan nearest 0.80 m, 2 of 3 rays with an echo at 1.25 s
+    >>> min(scan.distances)
+    0.8
+    """
 
     distances: Annotated[tuple[float, ...], Unit("m")]
     """The distance along each ray, in metres, in the order of the lidar's ``bearings``.
@@ -272,3 +288,4 @@ KIND = Kind(
     default_reading=lambda lidar: {"distances": (math.inf,) * lidar.count},
     validate_sample=validate_sample,
 )
+"""The kind `lidar`, which the entry point of this name refers to."""

@@ -15,6 +15,8 @@ from robotcore.hal.device_test import IN_OTHER_ORDER, INVERTED, DeviceTest
 from robotcore.hal.kind import Kind
 from robotcore.hal.simulation_state import SimulationState
 
+__all__ = ["KIND", "Darkness", "LineSensor", "LineSensorDescription"]
+
 LUMINANCE = np.array((0.299, 0.587, 0.114)) / 255
 """The weights of red, green and blue in the brightness of a surface. Source: ITU-R BT.601."""
 
@@ -23,7 +25,12 @@ THRESHOLD = 0.5
 
 
 class LineSensorDescription(SensorDescription):
-    """A row of reflectance sensors across the robot. The mount is the middle of the row."""
+    """A row of reflectance sensors across the robot. The mount is the middle of the row.
+
+    >>> row = LineSensorDescription(kind="line_sensor", name="row", mount=Mount(z_m=0.01), count=5, spacing_m=0.016)
+    >>> row.arguments()
+    {'count': 5, 'spacing': 0.016}
+    """
 
     kind: Literal["line_sensor"]
     mount: Mount
@@ -40,7 +47,11 @@ class LineSensorDescription(SensorDescription):
 
 @dataclass(frozen=True, slots=True)
 class Darkness:
-    """A sample of a line sensor."""
+    """A sample of a line sensor.
+
+    >>> Darkness(values=(0.0, 0.9, 0.1), time=1.25, sequence=25)
+    Darkness 0.00 0.90 0.10 at 1.25 s
+    """
 
     values: Annotated[tuple[float, ...], Unit("")]
     """The darkness under each sensor from left to right: 0 for white, 1 for black. Digital sensors have 0 or 1."""
@@ -200,3 +211,4 @@ KIND = Kind(
     validate_sample=validate_sample,
     test_devices=test_rows,
 )
+"""The kind `line_sensor`, which the entry point of this name refers to."""

@@ -14,6 +14,8 @@ from robotcore.hal.device import Actuator, build_invalid_command
 from robotcore.hal.kind import Kind
 from robotcore.kinds.device_tests.wheels import test_motors
 
+__all__ = ["KIND", "Motor", "MotorDescription"]
+
 MIN_LAG_S = 1e-4
 """The shortest lag other than 0, in seconds. Simulators have longer time steps, so a shorter lag has no effect."""
 
@@ -125,9 +127,22 @@ class MotorDescription(DeviceDescription):
 
 
 class Motor(Actuator[float], ABC):
-    """A motor. Its velocity is that of its wheel, and positive forward, on the left and on the right.
+    """A motor of a wheel. Its velocity is that of the wheel, positive forward on the left and on the right.
 
-    ``max_velocity`` is the greatest velocity in rad/s, forward and backward.
+    An app drives by ``robot.drive``, which commands the motors of the drive. It commands other motors by
+    `set_velocity`.
+
+    name: the name of the motor, as in the robot's file.
+    max_velocity: the greatest velocity in rad/s, forward and backward.
+
+    >>> from robotcore.hal.kind import build_actuator
+    >>> sent = []
+    >>> arm = build_actuator(MotorDescription(kind="motor", name="arm", max_velocity_rad_s=10.0), sent.append)
+    >>> arm.set_velocity(3.0), arm.set_velocity(99.0)  # rad/s; a greater velocity is limited
+    (3.0, 10.0)
+    >>> arm.close()  # a motor stops before it is closed
+    >>> sent[:3]
+    [3.0, 10.0, 0.0]
     """
 
     kind = "motor"
@@ -179,3 +194,4 @@ def invalid_velocity(name: str, rad_s: float) -> InvalidCommandError:
 
 
 KIND = Kind("a motor of a wheel", MotorDescription, Motor, test_devices=test_motors)
+"""The kind `motor`, which the entry point of this name refers to."""

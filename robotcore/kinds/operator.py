@@ -13,16 +13,26 @@ from robotcore.hal.device import Sensor, Unit
 from robotcore.hal.kind import Kind
 from robotcore.text import format_number
 
+__all__ = ["KIND", "Operator", "OperatorCommand", "OperatorDescription", "OperatorSample"]
+
 
 class OperatorDescription(DeviceDescription):
-    """The person who drives a robot. A run with ``has_operator`` adds this device, so no robot's file has it."""
+    """The person who drives a robot. A run with ``has_operator`` adds this device, so no robot's file has it.
+
+    >>> OperatorDescription(kind="operator", name="operator")
+    OperatorDescription(kind='operator', name='operator')
+    """
 
     kind: Literal["operator"]
 
 
 @dataclass(frozen=True, slots=True)
 class OperatorCommand:
-    """The newest command of the person to an actuator outside the drive."""
+    """The newest command of the person to an actuator outside the drive.
+
+    >>> OperatorCommand(device="pan", value=(0.5,), number=1)
+    OperatorCommand(device='pan', value=(0.5,), number=1)
+    """
 
     device: str
     value: tuple[float, ...]
@@ -33,7 +43,11 @@ class OperatorCommand:
 
 @dataclass(frozen=True, slots=True)
 class OperatorSample:
-    """The commands of the person at one time."""
+    """The commands of the person at one time.
+
+    >>> OperatorSample(is_driving=True, is_silent=False, linear=0.2, angular=0.5, commands=(), time=1.0, sequence=20)
+    OperatorSample 0.20 m/s, 0.50 rad/s at 1.00 s
+    """
 
     is_driving: Annotated[bool, Unit("")]
     """Whether the person drives. The run then does not call the app."""
@@ -72,3 +86,4 @@ class Operator(Sensor[OperatorSample]):
 
 
 KIND = Kind("the person who drives the robot", OperatorDescription, Operator, OperatorSample, is_optional=True)
+"""The kind `operator`, which the entry point of this name refers to."""

@@ -22,6 +22,8 @@ from robotcore.hal.simulation_state import SimulationState
 from robotcore.kinds.device_tests.ranges import test_ranges
 from robotcore.raycast import FAN_SETBACK_M, Fan
 
+__all__ = ["KIND", "Range", "RangeSensor", "RangeSensorDescription"]
+
 RAYS = 9
 """The number of rays that show the cone of a sensor."""
 
@@ -37,7 +39,17 @@ ALL_LOST = 0.999
 
 
 class RangeSensorDescription(SensorDescription):
-    """A sensor that measures the distance to the nearest body in a cone."""
+    """A sensor that measures the distance to the nearest body in a cone.
+
+    >>> nose = RangeSensorDescription(
+    ...     kind="range_sensor", name="nose", mount=Mount(x_m=0.14, z_m=0.1), min_range_m=0.02, max_range_m=2.0,
+    ...     cone_rad=0.52, loss=0.1,
+    ... )
+    >>> nose.echo_free_samples  # samples without an echo until nothing is in range
+    3
+    >>> nose.idealise().loss
+    0.0
+    """
 
     kind: Literal["range_sensor"]
     mount: Mount
@@ -110,11 +122,23 @@ class Range:
 class RangeSensor(Sensor[Range]):
     """A sensor that measures the distance to the nearest body in a cone, such as an ultrasonic module.
 
+    An app reads the first range sensor as ``robot.range``. A distance is ``inf`` if nothing is in range.
+
+    name: the name of the sensor, as in the robot's file.
     min_range, max_range: the shortest and the longest distance that the sensor measures, in metres. A shorter distance
         is returned as ``min_range``.
     cone: the full opening angle of the cone in radians.
 
     ``mount`` is the sensor's pose on the robot in the plane. A run sets it from the robot's description.
+
+    >>> from robotcore.testing import MockRobot
+    >>> mock = MockRobot(range=[0.84, math.inf])  # one distance a tick, in metres
+    >>> sensor = mock.layered.range
+    >>> sensor.read()
+    Range 0.84 m at 0.00 s
+    >>> mock.advance()
+    >>> sensor.read().distance, sensor.max_range
+    (inf, 2.0)
     """
 
     kind = "range_sensor"
@@ -239,3 +263,4 @@ KIND = Kind(
     validate_sample=validate_sample,
     test_devices=test_ranges,
 )
+"""The kind `range_sensor`, which the entry point of this name refers to."""

@@ -19,9 +19,16 @@ from robotcore.hal.robot import Robot
 from robotcore.hal.simulation_state import SimulationState
 from robotcore.kinds.device_tests.servos import test_servos
 
+__all__ = ["KIND", "Servo", "ServoDescription"]
+
 
 class ServoDescription(DeviceDescription):
-    """A servo, which turns to an angle and holds it."""
+    """A servo, which turns to an angle and holds it.
+
+    >>> pan = ServoDescription(kind="servo", name="pan", min_angle_rad=0.2, max_angle_rad=1.5, max_velocity_rad_s=5.0)
+    >>> pan.rest_angle_rad  # before the first command
+    0.2
+    """
 
     kind: Literal["servo"]
     mount: Mount | None = None
@@ -108,3 +115,4 @@ KIND = Kind(
     rules=(check_commands,),
     test_devices=test_servos,
 )
+"""The kind `servo`, which the entry point of this name refers to."""

@@ -39,6 +39,8 @@ def read(path: Path) -> Recording:
 
     If a killed run has left segments of a ring beside the file, they are first joined into the file.
 
+    path: the ``.mcap`` file.
+
     Raises BackendMissingError if the extra ``record`` is not installed, and RecordingError if the file is not a
     recording.
 

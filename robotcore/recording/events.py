@@ -29,7 +29,11 @@ Events = Annotated[tuple[_T, ...], Field(max_length=10_000)]
 
 
 class SampleKey(NamedTuple):
-    """The key of a sample in a recording."""
+    """The key of a sample in a recording.
+
+    >>> SampleKey(device="nose", number=24)
+    SampleKey(device='nose', number=24)
+    """
 
     device: str
     number: int
@@ -75,7 +79,13 @@ class RecordedError:
 
 @dataclass(frozen=True, slots=True)
 class Read:
-    """A read of a sensor, which returned a sample or raised an error."""
+    """A read of a sensor, which returned a sample or raised an error.
+
+    >>> Read("nose", sequence=25, time=1.25, number=24).key
+    SampleKey(device='nose', number=24)
+    >>> Read("eye", sequence=25, time=1.25).key is None  # its picture was dropped
+    True
+    """
 
     device: str
     sequence: int | None = None
@@ -96,7 +106,11 @@ class Read:
 
 @dataclass(frozen=True, slots=True)
 class ShownPicture:
-    """A picture that the app sent to a display, or the error of the display."""
+    """A picture that the app sent to a display, or the error of the display.
+
+    >>> ShownPicture("screen", number=3).key
+    SampleKey(device='screen', number=3)
+    """
 
     device: str
     number: int | None = None
@@ -111,7 +125,12 @@ class ShownPicture:
 
 @dataclass(frozen=True, slots=True)
 class DriveCommand:
-    """A command of the app to the drive, with the allowed velocities or the raised error."""
+    """A command of the app to the drive, with the allowed velocities or the raised error.
+
+    >>> command = DriveCommand(asked=Wheels(9.0, 9.0), given=Wheels(3.0, 3.0))
+    >>> command.given != command.asked  # the safety stage has changed it
+    True
+    """
 
     asked: Wheels | None = None
     """The velocities that the app commanded, in rad/s; None is a stop."""
@@ -122,7 +141,11 @@ class DriveCommand:
 
 @dataclass(frozen=True, slots=True)
 class MotorCommand:
-    """A command of the app to a motor outside the drive, with the accepted velocity or the raised error."""
+    """A command of the app to a motor outside the drive, with the accepted velocity or the raised error.
+
+    >>> MotorCommand("arm", asked=99.0, given=10.0).given
+    10.0
+    """
 
     device: str
     asked: float | None = None
@@ -146,7 +169,11 @@ class ActuatorCommand:
 
 @dataclass(frozen=True, slots=True)
 class WheelAngles:
-    """The wheel angles that the odometry read, or the raised error."""
+    """The wheel angles that the odometry read, or the raised error.
+
+    >>> WheelAngles.from_path(WheelPath(Wheels(1.0, 3.0)), error=None).path.angles
+    Wheels(left=1, right=3)
+    """
 
     angles: Wheels | None = None
     error: RecordedError | None = None
@@ -166,7 +193,12 @@ class WheelAngles:
 
 @dataclass(frozen=True, slots=True)
 class Tick:
-    """One tick: the inputs and the decisions of the app. The events of each kind are in the order of time."""
+    """One tick: the inputs and the decisions of the app. The events of each kind are in the order of time.
+
+    >>> tick = Tick(number=25, time=1.25, state="search", reads=(Read("nose", 25, 1.25, 24),), asked=Wheels(3.0, 3.0))
+    >>> [read.device for read in tick.reads], tick.asked
+    (['nose'], Wheels(left=3, right=3))
+    """
 
     number: int
     time: float
@@ -199,7 +231,11 @@ class Tick:
 
 @dataclass(frozen=True, slots=True)
 class GroundTruthSample:
-    """The ground truth of a simulator after a tick. A replay does not use it."""
+    """The ground truth of a simulator after a tick. A replay does not use it.
+
+    >>> GroundTruthSample(tick=25, time=1.25, pose=Pose(0.5, 0.0, 0.1), contacts=0).pose
+    Pose(x=0.5 m, y=0 m, heading=0.1 rad)
+    """
 
     tick: int
     time: float

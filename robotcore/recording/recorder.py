@@ -27,6 +27,8 @@ from robotcore.threads import start_thread
 if TYPE_CHECKING:
     from robotcore.recording.ring import Ring
 
+__all__ = ["Recorder"]
+
 T = TypeVar("T")
 
 QUEUE_BYTES = 32 * 2**20
@@ -105,6 +107,15 @@ class Recorder:
         ``last_s``, the recording does not end: it keeps what the limit has room for.
     last_s: the time before the end of the run that the recording keeps, in seconds; None for the whole run.
     room: the size of the queue in bytes.
+
+    >>> from tempfile import TemporaryDirectory
+    >>> from robotcore import RunRequest, run
+    >>> from robotcore.recording import read
+    >>> with TemporaryDirectory() as folder:
+    ...     recorder = Recorder(Path(folder, "run.mcap"))
+    ...     result = run(RunRequest("avoid-obstacles", timeout_s=0.5), [recorder], [recorder.layer])
+    ...     read(Path(folder, "run.mcap"))
+    <Recording of avoid-obstacles on kinematic: 11 ticks, timeout>
     """
 
     def __init__(

@@ -27,7 +27,21 @@ FORMAT = 1
 
 @dataclass(frozen=True)
 class Metadata:
-    """The request, robot, world and app of a recorded run."""
+    """The request, robot, world and app of a recorded run.
+
+    >>> from pathlib import Path
+    >>> from tempfile import TemporaryDirectory
+    >>> from robotcore import RunRequest, run
+    >>> from robotcore.recording import read
+    >>> from robotcore.recording.recorder import Recorder
+    >>> with TemporaryDirectory() as folder:
+    ...     recorder = Recorder(Path(folder, "run.mcap"))
+    ...     result = run(RunRequest("avoid-obstacles", timeout_s=0.5), [recorder], [recorder.layer])
+    ...     recording = read(Path(folder, "run.mcap"))
+    >>> metadata = recording.metadata
+    >>> metadata.request.app_reference, metadata.description.name, metadata.world.name, metadata.devices
+    ('avoid-obstacles', 'rover', 'arena', ('left_motor', 'right_motor', 'left_encoder', 'right_encoder', 'nose'))
+    """
 
     request: RunRequest
     description: RobotDescription
@@ -53,7 +67,24 @@ class Metadata:
 
 @dataclass(frozen=True)
 class Recording:
-    """A recorded run in memory. Pictures are read from the file when they are used."""
+    """A recorded run in memory. Pictures are read from the file when they are used.
+
+    >>> from pathlib import Path
+    >>> from tempfile import TemporaryDirectory
+    >>> from robotcore import RunRequest, run
+    >>> from robotcore.recording import read
+    >>> from robotcore.recording.recorder import Recorder
+    >>> with TemporaryDirectory() as folder:
+    ...     recorder = Recorder(Path(folder, "run.mcap"))
+    ...     result = run(RunRequest("avoid-obstacles", timeout_s=0.5), [recorder], [recorder.layer])
+    ...     recording = read(Path(folder, "run.mcap"))
+    >>> recording
+    <Recording of avoid-obstacles on kinematic: 11 ticks, timeout>
+    >>> recording.result.outcome.value, recording.ticks[-1].time, recording.is_replayable
+    ('timeout', 0.5, True)
+    >>> sorted({key.device for key in recording.samples})
+    ['left_encoder', 'nose', 'right_encoder']
+    """
 
     metadata: Metadata
     ticks: Sequence[Tick]

@@ -21,17 +21,34 @@ from robotcore.runtime.needs import Need
 if TYPE_CHECKING:
     from typing_extensions import Self
 
+__all__ = ["Behaviour", "Status", "Stopping"]
+
 
 class Status(Enum):
-    """The result of a behaviour's step."""
+    """The result of a behaviour's step.
+
+    >>> [status.name for status in Status]
+    ['RUNNING', 'SUCCESS', 'FAILURE']
+    """
 
     RUNNING = "running"
+    """The behaviour continues in the next tick."""
     SUCCESS = "success"
+    """The behaviour has reached its goal, and ends."""
     FAILURE = "failure"
+    """The behaviour cannot reach its goal, and ends."""
 
 
 class Stopping(NamedTuple):
-    """How an app stops in front of obstacles."""
+    """How an app stops in front of obstacles.
+
+    >>> class Careful(Behaviour):
+    ...     @property
+    ...     def stopping(self):
+    ...         return Stopping(distance=0.28, speed=0.2)
+    >>> Careful().stopping
+    Stopping(distance=0.28, speed=0.2)
+    """
 
     distance: float
     """The distance to the obstacle at which the app stops, in metres."""
@@ -48,6 +65,39 @@ class Behaviour:
 
     An app must not sleep, read the wall clock, read files or use a network. Make it a dataclass. The fields are then
     the app's settings (``--set speed_m_s=0.2``), and robotcore checks their types.
+
+    An app with ``step``, on scripted distances:
+
+    >>> from dataclasses import dataclass
+    >>> from robotcore import Role
+    >>> from robotcore.testing import MockRobot
+    >>> @dataclass
+    ... class Reflex(Behaviour):
+    ...     near_m: float = 0.4
+    ...     needs = frozenset({Role.DRIVE, Role.RANGE})
+    ...
+    ...     def step(self, robot):
+    ...         is_near = robot.range.read().distance < self.near_m
+    ...         robot.drive.set_velocity(0.0 if is_near else 0.2, 1.0 if is_near else 0.0)
+    ...         return Status.RUNNING
+    >>> robot = MockRobot(range=[1.0, 0.2])
+    >>> robot.run(Reflex(), ticks=2)
+    <Status.RUNNING: 'running'>
+    >>> [wheels.left == wheels.right for wheels in robot.wheels]  # ahead, then a turn
+    [True, False]
+
+    An app with ``run``, in a simulator:
+
+    >>> from robotcore import RunRequest, Role, run, straight, turn
+    >>> class Corner(Behaviour):
+    ...     needs = frozenset({Role.DRIVE})
+    ...
+    ...     def run(self, robot):
+    ...         yield from straight(robot, 0.2)  # metres
+    ...         yield from turn(robot, 0.5)  # radians
+    ...         return Status.SUCCESS
+    >>> run(RunRequest(Corner, world="open")).outcome.value
+    'success'
     """
 
     needs: ClassVar[AbstractSet[Need]] = frozenset()

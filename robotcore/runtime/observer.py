@@ -19,6 +19,8 @@ from robotcore.runtime.tick_statistics import TickStatistics
 from robotcore.runtime.trace import TickRecord
 from robotcore.safety.latch import EmergencyStop
 
+__all__ = ["Observer", "RunContext"]
+
 
 @dataclass(frozen=True)
 class RunContext:
@@ -26,6 +28,17 @@ class RunContext:
 
     An observer must not read devices, because a read changes the run. The attribute ``latest`` of a sensor is the last
     sample that the app read.
+
+    >>> from robotcore import run
+    >>> class Place:
+    ...     def begin(self, run: RunContext) -> None:
+    ...         print(run.robot.name, run.world.name, run.truth.contacts)
+    ...
+    ...     def tick(self, record) -> None: ...
+    ...
+    ...     def end(self, result) -> None: ...
+    >>> result = run(RunRequest("avoid-obstacles", settings={"duration_s": 0.1}), [Place()])
+    rover arena 0
     """
 
     request: RunRequest
@@ -53,7 +66,21 @@ class RunContext:
 
 
 class Observer(Protocol):
-    """The interface of observers. A run calls its methods at the beginning, after each tick, and at the end."""
+    """The interface of observers. A run calls its methods at the beginning, after each tick, and at the end.
+
+    >>> from robotcore import run
+    >>> class Speeds:
+    ...     def begin(self, run):
+    ...         self.sent = []
+    ...
+    ...     def tick(self, record):
+    ...         self.sent.append(record.sent)
+    ...
+    ...     def end(self, result):
+    ...         print(f"{result.outcome.value} after {len(self.sent)} ticks")
+    >>> result = run(RunRequest("avoid-obstacles", settings={"duration_s": 0.1}), [Speeds()])
+    success after 3 ticks
+    """
 
     def begin(self, run: RunContext) -> None:
         """Receive the description of the run, before the first tick."""

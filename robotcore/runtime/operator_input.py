@@ -21,6 +21,8 @@ from robotcore.kinds.display import Display
 from robotcore.kinds.motor import Motor
 from robotcore.kinds.operator import OperatorCommand, OperatorDescription, OperatorSample
 
+__all__ = ["OperatorInput"]
+
 LEASE_S = 0.2
 """A velocity expires after this time, in seconds of the machine's clock, unless it is sent again."""
 

@@ -10,6 +10,8 @@ from threading import Lock
 from robotcore.errors import UsageError
 from robotcore.hal.wall_clock import MonotonicClock
 
+__all__ = ["PaceControl"]
+
 POLL_S = 0.02
 """The interval at which a waiting loop checks the speed, the steps, the signals and the e-stop, in seconds."""
 

@@ -31,6 +31,8 @@ from robotcore.runtime.settings import configure, list_changes
 from robotcore.runtime.success_verification import load_judge
 from robotcore.safety.range_guard import compute_stopping_distance
 
+__all__ = ["Plan"]
+
 DEFAULT_WORLD = "arena"
 MIN_RATE_HZ, MAX_RATE_HZ = 1.0, 1000.0
 

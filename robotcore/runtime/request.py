@@ -14,6 +14,8 @@ from pydantic_core.core_schema import str_schema
 from robotcore.errors import UsageError
 from robotcore.runtime.behaviour import Behaviour
 
+__all__ = ["RunRequest"]
+
 
 @dataclass(frozen=True)
 class RunRequest:

@@ -9,9 +9,16 @@ from enum import Enum
 from robotcore.errors import Interrupted, RobotcoreError, RoutineError, SafetyStop
 from robotcore.text import pluralize
 
+__all__ = ["Outcome", "RunResult"]
+
 
 class Outcome(str, Enum):
-    """How a run ended, before its verification."""
+    """How a run ended, before its verification.
+
+    >>> result = RunResult("green-search", "kinematic", "rover", "arena", 7, Outcome.TIMEOUT, exit_status=1)
+    >>> result.outcome is Outcome.TIMEOUT, result.outcome.value
+    (True, 'timeout')
+    """
 
     SUCCESS = "success"
     """The app returned `Status.SUCCESS`."""

@@ -8,13 +8,18 @@ from contextlib import contextmanager
 from enum import Enum
 from typing import Annotated, Any, get_type_hints
 
-from annotated_types import Interval as Interval  # noqa: PLC0414  apps import it from robotcore
+import annotated_types
 from pydantic import Field, TypeAdapter, ValidationError
 
 from robotcore.description import first_mistake
 from robotcore.errors import BehaviourError, RobotcoreError, UnknownNameError, UsageError
 from robotcore.runtime.behaviour import Behaviour
 from robotcore.runtime.forks import end_forks
+
+__all__ = ["Interval", "Positive"]
+
+Interval = annotated_types.Interval
+"""The bounds of a setting: ``Annotated[float, Interval(gt=0, le=0.3)]`` is above 0, and at most 0.3."""
 
 Positive = Annotated[float, Field(gt=0, allow_inf_nan=False)]
 """The type of a setting that is a finite number above 0."""

@@ -12,6 +12,8 @@ from robotcore.geometry import Wheels
 from robotcore.hal.value_log import NOTHING_LOGGED, LoggedValue
 from robotcore.safety.velocity_limits import Intervention
 
+__all__ = ["TickRecord"]
+
 _COMMAND = struct.Struct("<dd")
 
 
@@ -31,7 +33,15 @@ class MonitoredValue(NamedTuple):
 
 
 class TickRecord(NamedTuple):
-    """The record of one tick."""
+    """The record of one tick.
+
+    >>> from robotcore.testing import MockRobot
+    >>> from apps.avoid_obstacles import AvoidObstacles
+    >>> robot = MockRobot(range=1.0)
+    >>> status = robot.run(AvoidObstacles(), ticks=2)
+    >>> [(record.tick, record.time, record.asked == record.sent) for record in robot.ticks]
+    [(0, 0.0, False), (1, 0.05, True)]
+    """
 
     tick: int
     """The number of the tick, from 0."""

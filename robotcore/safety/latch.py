@@ -13,6 +13,8 @@ from robotcore.safety.thread_reserve import Reserve
 from robotcore.safety.velocity_limits import STOPPED, Intervention
 from robotcore.threads import is_out_of_memory
 
+__all__ = ["EmergencyStop"]
+
 
 class Latch:
     """Stores the first error of a run, and stops the motors. Any thread may trip the latch.

@@ -8,6 +8,8 @@ from typing import ClassVar, Protocol
 
 from robotcore.geometry import Wheels
 
+__all__ = ["Intervention"]
+
 STOPPED = Wheels(0.0, 0.0)
 """The command that stops both wheels."""
 
@@ -17,7 +19,11 @@ NEGLIGIBLE = 1e-9
 
 @dataclass(frozen=True, slots=True)
 class Intervention:
-    """A record of a change of a command."""
+    """A record of a change of a command.
+
+    >>> Intervention(time=1.25, cause="range guard", asked=Wheels(6.0, 6.0), sent=Wheels(0.0, 0.0)).cause
+    'range guard'
+    """
 
     time: float
     """The robot's time, in seconds."""

@@ -51,6 +51,13 @@ def run_sweep(
     deletes_old_results: whether to delete all results in the folder first.
 
     Raises the errors of `preflight` before the first run.
+
+    >>> from tempfile import TemporaryDirectory
+    >>> sweep = Sweep(RunRequest("avoid-obstacles", settings={"duration_s": 0.2}), worlds=("open",), seeds=(1,))
+    >>> with TemporaryDirectory() as folder:
+    ...     results = run_sweep(sweep, LocalEngine(jobs=1), Path(folder))
+    ...     [record.result.outcome.value for record in results.records()]
+    ['success']
     """
     preflight(sweep)
     with Results(sweep, directory, deletes_old_results=deletes_old_results) as results:
@@ -88,7 +95,11 @@ def compute_hang_limit(request: RunRequest, wall_timeout_s: float | None) -> flo
 
 @dataclass(frozen=True)
 class LocalEngine:
-    """Executes runs in worker processes on this machine."""
+    """Executes runs in worker processes on this machine.
+
+    >>> LocalEngine(jobs=2, wall_timeout_s=600.0)
+    LocalEngine(jobs=2, wall_timeout_s=600.0)
+    """
 
     jobs: int
     """The number of worker processes."""

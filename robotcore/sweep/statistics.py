@@ -15,6 +15,8 @@ from robotcore.runtime.result import Outcome, RunResult
 from robotcore.sweep.record import GroupKey, Record
 from robotcore.text import suggestion
 
+__all__ = ["Agreement", "Group", "Requirement", "compare_backends", "group_records", "wilson"]
+
 Z_95 = 1.959964
 """The standard deviations around the mean within which 95 % of a normal distribution lies."""
 
@@ -68,6 +70,11 @@ class Group:
 
     A run passes if `Record.is_failure` is false. Times are on the robot's clock. The time of a failing run counts as
     infinite, so early failures cannot make a group look fast.
+
+    >>> results = [RunResult("search", "kinematic", "rover", "arena", seed, Outcome.SUCCESS, 0) for seed in (1, 2)]
+    >>> (group,) = group_records([Record(result, None, "") for result in results])
+    >>> group.name, group.runs, group.success_share, group.verified_share
+    ('arena · kinematic', 2, 1.0, None)
     """
 
     backend: str
@@ -128,6 +135,13 @@ def group_records(records: Iterable[Record]) -> list[Group]:
     """Return the group of each backend in each world, sorted by backend, then by world.
 
     Keeps only four numbers of each record in memory.
+
+    records: the records of the runs, such as ``results.records()``.
+
+    >>> outcomes = {1: Outcome.SUCCESS, 2: Outcome.TIMEOUT}
+    >>> results = [RunResult("search", "kinematic", "rover", "arena", *each, 0) for each in outcomes.items()]
+    >>> [group.success_share for group in group_records([Record(result, None, "") for result in results])]
+    [0.5]
     """
     runs: dict[GroupKey, list[tuple[float, bool, bool | None, int | None]]] = {}
     for record in records:
@@ -233,7 +247,13 @@ def list_missed_requirements(requirements: Sequence[Requirement], groups: Sequen
 
 @dataclass(frozen=True)
 class Agreement:
-    """The agreement of two backends in the runs that both executed."""
+    """The agreement of two backends in the runs that both executed.
+
+    >>> one = RunResult("search", "kinematic", "rover", "arena", 7, Outcome.SUCCESS, 0)
+    >>> other = RunResult("search", "mujoco", "rover", "arena", 7, Outcome.TIMEOUT, 1)
+    >>> Agreement("kinematic", "mujoco", ((one, one), (one, other))).same_outcome
+    1
+    """
 
     first: str
     """The name of the first backend."""
@@ -265,7 +285,16 @@ class Agreement:
 
 
 def compare_backends(records: Sequence[Record]) -> list[Agreement]:
-    """Return the agreement of each pair of backends that executed the same app, robot, world and seed."""
+    """Return the agreement of each pair of backends that executed the same app, robot, world and seed.
+
+    records: the records of the runs, such as ``results.records()``.
+
+    >>> backends = ("kinematic", "mujoco")
+    >>> results = [RunResult("search", name, "rover", "arena", 7, Outcome.SUCCESS, 0) for name in backends]
+    >>> (agreement,) = compare_backends([Record(result, None, "") for result in results])
+    >>> agreement.first, agreement.second, agreement.same_outcome
+    ('kinematic', 'mujoco', 1)
+    """
     runs: dict[str, dict[Hashable, RunResult]] = {}
     for result in (record.result for record in records):
         runs.setdefault(result.backend, {})[result.app, result.robot, result.world, result.seed] = result

@@ -46,7 +46,12 @@ NO_TRUTH = (
 
 
 class TestSupport(str, Enum):
-    """What some rules require of a test bench. A suite lists in ``lacks`` what its test bench cannot do."""
+    """What some rules require of a test bench. A suite lists in ``lacks`` what its test bench cannot do.
+
+    >>> lacks = {TestSupport.WORLD: "the robot stands on a table"}  # of a ConformanceSuite
+    >>> [support.name for support in TestSupport]
+    ['WORLD', 'MOTION', 'REPRODUCIBLE', 'LOST_ECHO', 'SLOW_HARDWARE', 'UNPLUGGING', 'CUTOFFS']
+    """
 
     __test__ = False  # pytest collects classes whose name begins with Test
 

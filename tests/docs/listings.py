@@ -5,11 +5,22 @@ from __future__ import annotations
 import re
 from collections.abc import Iterable
 from pathlib import Path
+from textwrap import dedent
 from typing import NamedTuple
 
 import pytest
 
-FENCE = re.compile(r"^```(\w+)\n(.*?)^```$", re.MULTILINE | re.DOTALL)
+ROOT = Path(__file__).parents[2]
+PATTERNS = (
+    "README.md",
+    "CONTRIBUTING.md",
+    "CHANGELOG.md",
+    "docs/**/*.md",
+    "drivers/**/*.md",
+    "robotcore/cli/scaffold/templates/*/*.md",
+    "tests/system/README.md",
+)
+FENCE = re.compile(r"^( *)```(\w*)[^\n`]*\n(.*?)^ *```$", re.MULTILINE | re.DOTALL)
 DECIMAL = re.compile(r"(\d+\.\d+)")
 CODE = re.compile(r"`([^`]+)`")
 
@@ -46,7 +57,13 @@ class ConsoleCommand(NamedTuple):
 
 def list_listings(page: str) -> list[Listing]:
     """Return the fenced blocks of a page, from the first to the last."""
-    return [Listing(*block) for block in FENCE.findall(page)]
+    return [Listing(language, dedent(text)) for _, language, text in FENCE.findall(page)]
+
+
+def read_pages() -> dict[str, str]:
+    """Return the texts of all pages of the project, by their files relative to its folder."""
+    files = sorted(file for pattern in PATTERNS for file in ROOT.glob(pattern))
+    return {file.relative_to(ROOT).as_posix(): file.read_text(encoding="utf-8") for file in files}
 
 
 def list_commands(page: str) -> list[ConsoleCommand]:

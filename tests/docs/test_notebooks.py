@@ -7,7 +7,8 @@ from pathlib import Path
 
 import pytest
 
-from tests.docs.notebooks import FOLDER, read_notebook, run_notebook
+from docs.generator.notebook_pages import FOLDER, read_notebook, run_notebook
+from tests.kernels import CellOutputs
 from tests.kernels import kernel_folder as kernel_folder  # noqa: PLC0414  a fixture
 
 pytestmark = pytest.mark.timeout(300)
@@ -31,6 +32,12 @@ def test_links_of_a_notebook_exist(name: str) -> None:
         assert (FOLDER / link).exists(), link
 
 
+def run_cells(name: str, folder: Path) -> dict[str, CellOutputs]:
+    """Run a notebook, and return the outputs of each code cell by its id."""
+    cells = run_notebook(name, folder).cells
+    return {cell.id: CellOutputs(cell.outputs) for cell in cells if cell.cell_type == "code"}
+
+
 @pytest.fixture
 def folder(kernel_folder: Path) -> Path:
     """Copy the files beside the notebooks into the kernel's folder."""
@@ -41,7 +48,7 @@ def folder(kernel_folder: Path) -> Path:
 
 @pytest.mark.slow
 def test_first_drive(folder: Path) -> None:
-    cells = run_notebook("first-drive", folder)
+    cells = run_cells("first-drive", folder)
     assert [each for each in cells if cells[each].has_picture] == ["show", "show-path", "frame", "arena", "show-arena"]
     assert [each for each in cells if cells[each].errors] == ["blocked", "interrupt"]
     assert cells["straight"].number == pytest.approx(0.5, abs=0.01)
@@ -60,7 +67,7 @@ def test_first_drive(folder: Path) -> None:
 
 @pytest.mark.slow
 def test_find_the_ball(folder: Path) -> None:
-    cells = run_notebook("find-the-ball", folder)
+    cells = run_cells("find-the-ball", folder)
     assert [each for each in cells if cells[each].has_picture] == ["open", "marked", "show-end"]
     assert cells["detector"].text == "[]"
     assert cells["search"].text == "True"
@@ -80,7 +87,7 @@ def test_find_the_ball(folder: Path) -> None:
 
 @pytest.mark.slow
 def test_from_simulation_to_robot(folder: Path) -> None:
-    cells = run_notebook("from-simulation-to-robot", folder)
+    cells = run_cells("from-simulation-to-robot", folder)
     assert "on kinematic: success" in cells["import"].text
     installed = ["kinematic", *(each for each in ("mujoco", "pybullet") if find_spec(each))]
     simulators = re.findall(r"(?m)^(\w+): success, 0.2\d m from the ball$", cells["simulators"].text)

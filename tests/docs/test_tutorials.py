@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import re
 import shlex
 import subprocess
 import sys
@@ -10,10 +9,9 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
 
-import click
 import pytest
 
-from robotcore.cli.main import execute, robotcore
+from robotcore.cli.main import execute
 from robotcore.hal.wall_clock import MonotonicClock
 from tests.docs.listings import ConsoleCommand, list_commands, list_listings, write_files
 from tests.doubles.coppeliasim.double import Double
@@ -25,7 +23,6 @@ from tests.texts import CheckText
 DOCS = Path(__file__).parents[2] / "docs"
 SCENES = {"bubblerob": bubblerob_scene, "green-relay": relay_scene}
 PAGES = {name: (DOCS / "tutorials" / f"{name}.md").read_text(encoding="utf-8") for name in SCENES}
-REFERENCE = (DOCS / "coppeliasim.md").read_text(encoding="utf-8")
 ROBOTS = Path(__file__).parents[2] / "robotcore" / "description" / "robots"
 PORTS = {"vrep": 19997, "coppeliasim": 23000}
 YELLOW = (255, 255, 0)
@@ -36,14 +33,6 @@ CONSOLE_COMMANDS = [
     pytest.param(page, each, id=each.command) for page, each in TYPED if each.command.startswith("robotcore ")
 ]
 (OLD_REFLEX,) = (each for _, each in TYPED if each.command == "python old_reflex.py")
-COMMANDS = [
-    line
-    for page in (*PAGES.values(), REFERENCE)
-    for listing in list_listings(page)
-    if listing.language == "sh"
-    for line in listing.text.splitlines()
-    if line.startswith("robotcore ")
-]
 
 
 @pytest.fixture
@@ -100,14 +89,6 @@ def test_command_prints_the_output_on_the_page(
     assert command.matches(answer), answer
 
 
-@pytest.mark.parametrize("command", COMMANDS)
-def test_command_exists(command: str) -> None:
-    _, name, *words = shlex.split(command, comments=True)
-    known = robotcore.get_command(click.Context(robotcore), name)
-    assert known is not None
-    assert known.make_context(name, words).params
-
-
 @pytest.mark.slow
 @pytest.mark.parametrize("simulator", ["bubblerob"], indirect=True)
 def test_old_reflex_prints_the_output_on_the_page(double: Double, folder: Path) -> None:
@@ -151,10 +132,3 @@ def test_mark_equals_mark_green() -> None:
     (listing,) = (each.text for each in list_listings(PAGES["green-relay"]) if each.file == "mark.py")
     shipped = (Path(__file__).parents[2] / "apps" / "mark_green.py").read_text(encoding="utf-8")
     assert listing.partition("def step")[2] == shipped.partition("def step")[2].partition("\n\n\n")[0] + "\n"
-
-
-@pytest.mark.parametrize("page", ["coppeliasim.md", *(f"tutorials/{name}.md" for name in ("README", *PAGES))])
-def test_links_of_a_page_exist(page: str) -> None:
-    file = DOCS / page
-    for link in re.findall(r"\]\(([^)#]*)(?:#[^)]*)?\)", file.read_text(encoding="utf-8")):
-        assert (file.parent / link).exists(), link

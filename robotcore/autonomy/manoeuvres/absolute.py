@@ -42,6 +42,12 @@ def go_to(
     Raises UsageError, when it is called, for a value that is not allowed, and for a point inside of the turning circle
     of a robot that steers; UnmetNeedError if the robot has no drive. The routine raises BlockedError if something
     blocks the robot, and UsageError if the robot has moved since the call, so that the point is too near now.
+
+    >>> import robotcore
+    >>> with robotcore.open("rover", world="open") as robot:
+    ...     pose = robot.run(go_to(robot, 0.3, 0.3))
+    ...     round(pose.x, 2), round(pose.y, 2), round(math.degrees(pose.heading))
+    (0.3, 0.3, 45)
     """
     point = (require_number("go_to", "x", x, "metres", MAX_M), require_number("go_to", "y", y, "metres", MAX_M))
     return _build_routine(robot, "go_to", f"go_to({point[0]:g}, {point[1]:g})", [point], speed, turn_rate)
@@ -63,6 +69,12 @@ def follow_path(
 
     Raises the same errors as `go_to`, and UsageError for a path without points, or with a corner that is too sharp for
     a robot that steers.
+
+    >>> import robotcore
+    >>> with robotcore.open("rover", world="open") as robot:
+    ...     pose = robot.run(follow_path(robot, [(0.4, 0.0), (0.4, 0.4)]))
+    ...     round(pose.x, 2), round(pose.y, 2)
+    (0.4, 0.4)
     """
     places = _require_points(points)
     name = f"follow_path through {pluralize(len(places), 'point')}"
@@ -80,6 +92,15 @@ def face(robot: Robot, heading: float, *, turn_rate: float | None = None) -> Rou
     Returns the pose at the end, in the same frame.
 
     Raises the same errors as `turn`.
+
+    >>> from robotcore import turn
+    >>> import robotcore
+    >>> with robotcore.open("rover", world="open") as robot:
+    ...     robot.run(turn(robot, 2.0)).heading > 1.9
+    ...     pose = robot.run(face(robot, 0.0))  # the direction in which it was opened
+    ...     abs(pose.heading) < 0.02
+    True
+    True
     """
     counted = abs(robot.drive.pose.heading)  # the heading of the odometry counts whole turns
     heading = require_angle("face", "heading", heading, MAX_RAD + counted)

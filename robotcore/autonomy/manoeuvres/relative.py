@@ -36,9 +36,11 @@ def straight(robot: Robot, distance: float, *, speed: float | None = None) -> Ro
     Raises UsageError, when it is called, for a value that is not allowed; UnmetNeedError if the robot has no drive.
     The routine raises BlockedError if something blocks the robot.
 
-    >>> from robotcore.testing import MockRobot
-    >>> robot = MockRobot().layered
-    >>> next(straight(robot, 0.5, speed=0.1))  # a tick
+    >>> import robotcore
+    >>> with robotcore.open("rover", world="open") as robot:
+    ...     pose = robot.run(straight(robot, 0.5, speed=0.2))  # in an app: yield from straight(robot, 0.5)
+    ...     round(pose.x, 2)
+    0.5
     """
     distance = require_number("straight", "distance", distance, "metres", MAX_M)
     profile = build_path_profile("straight", robot.drive, speed)
@@ -59,6 +61,12 @@ def arc(robot: Robot, radius: float, angle: float, *, speed: float | None = None
     Raises UsageError, when it is called, for a value that is not allowed, such as a radius below
     ``robot.drive.min_turn_radius``; UnmetNeedError if the robot has no drive. The routine raises BlockedError if
     something blocks the robot.
+
+    >>> import robotcore
+    >>> with robotcore.open("rover", world="open") as robot:
+    ...     pose = robot.run(arc(robot, radius=0.5, angle=math.pi / 2))  # a quarter of a circle to the left
+    ...     round(pose.x, 2), round(pose.y, 2)
+    (0.5, 0.5)
     """
     radius = require_radius("arc", robot.drive, require_positive("arc", "radius", radius, "metres", MAX_M))
     angle = require_angle("arc", "angle", angle)
@@ -79,6 +87,12 @@ def turn(robot: Robot, angle: float, *, turn_rate: float | None = None) -> Routi
 
     Raises UsageError, when it is called, for a value that is not allowed, and for a robot that cannot turn on the spot;
     UnmetNeedError if the robot has no drive. The routine raises BlockedError if something blocks the robot.
+
+    >>> import robotcore
+    >>> with robotcore.open("rover", world="open") as robot:
+    ...     pose = robot.run(turn(robot, math.pi / 2))
+    ...     round(math.degrees(pose.heading))
+    90
     """
     angle = require_angle("turn", "angle", angle)
     profile = build_turn_profile("turn", robot.drive, turn_rate)

@@ -29,6 +29,12 @@ def move(robot: Robot, linear: float, angular: float = 0.0, *, seconds: float | 
 
     Raises UsageError, when it is called, for a value that is no finite number, and for a negative time;
     UnmetNeedError if the robot has no drive.
+
+    >>> import robotcore
+    >>> with robotcore.open("rover", world="open") as robot:
+    ...     robot.run(move(robot, 0.2, seconds=1.0))
+    ...     robot.clock.now(), round(robot.drive.pose.x, 1)
+    (1.0, 0.2)
     """
     linear = require_number("move", "linear", linear, "m/s", MAX_VELOCITY)
     angular = require_number("move", "angular", angular, "rad/s", MAX_VELOCITY)

@@ -33,6 +33,18 @@ def explore(robot: Robot, navigator: Navigator) -> Routine[None]:
     It does not end. Run it with `until`. If no view is left, it deletes the map, and begins again.
 
     Raises RoutineError if something blocks the robot, see `drive_to`.
+
+    robot: a robot with drive, range sensor and camera.
+    navigator: the map and the velocities.
+
+    >>> import robotcore
+    >>> from robotcore import until
+    >>> with robotcore.open("rover", world="arena") as robot:
+    ...     exploration = explore(robot, Navigator(speed=0.2, turn=1.5))
+    ...     robot.run(until(lambda: robot.clock.now() >= 1.0, exploration))
+    ...     robot.drive.pose.heading != 0.0  # it looks around first
+    True
+    True
     """
     navigator.begin_look(robot.drive.pose)
     while True:
@@ -48,7 +60,16 @@ def explore(robot: Robot, navigator: Navigator) -> Routine[None]:
 
 @warn_if_dropped
 def turn_to(robot: Robot, navigator: Navigator, target: Target) -> Routine[None]:
-    """Turn on the spot until the robot faces a target. The parameters and errors are those of `drive_to`."""
+    """Turn on the spot until the robot faces a target. The errors are those of `drive_to`.
+
+    robot, navigator, target: as for `drive_to`.
+
+    >>> import robotcore
+    >>> with robotcore.open("rover", world="open") as robot:
+    ...     robot.run(turn_to(robot, Navigator(speed=0.2, turn=1.5), StopPoint(x=0.0, y=1.0, distance=0.3)))
+    ...     robot.drive.pose.heading > 1.4  # to the left
+    True
+    """
 
     def turn(pose: Pose) -> Twist | None:
         bearing = _locate(target).bearing(pose)
@@ -71,6 +92,12 @@ def drive_to(robot: Robot, navigator: Navigator, target: Target) -> Routine[None
     Raises RoutineError of the kind ``no-path`` if there is no path, and of the kind ``blocked`` if something blocks the
     robot. Then the robot has driven a little away from it. In both cases the map may be wrong, and the navigator has
     begun a new one.
+
+    >>> import robotcore
+    >>> with robotcore.open("rover", world="open") as robot:
+    ...     robot.run(drive_to(robot, Navigator(speed=0.2, turn=1.5), StopPoint(x=0.8, y=0.0, distance=0.3)))
+    ...     0.4 < robot.drive.pose.x < 0.6
+    True
     """
 
     def approach(pose: Pose) -> Twist | None:

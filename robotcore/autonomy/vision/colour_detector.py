@@ -265,6 +265,9 @@ YELLOW = (0, 255, 255)
 def draw_boxes(image: Image, blobs: Iterable[Blob]) -> Image:
     """Return a copy of a BGR picture with a yellow rectangle around each blob, one pixel outside the blob's box.
 
+    image: the picture, ``uint8`` of shape (height, width, 3).
+    blobs: the blobs, such as those that a `ColourDetector` has found.
+
     >>> import numpy as np
     >>> picture = np.zeros((48, 64, 3), np.uint8)
     >>> blob = Blob(centroid=(20.0, 15.0), box=(18, 12, 5, 7), area=35, bearing=0.1, is_clipped=False)

@@ -17,6 +17,11 @@ class AckermannDrive(Drive):
 
     The origin of the robot's frame is on the floor under the centre of the rear axle. The rear wheels have one motor
     with a differential gear, ``motor``, or one motor each, ``left`` and ``right``.
+
+    >>> from robotcore.description import load_robot
+    >>> drive = load_robot("picar").drive
+    >>> drive.steering_servo, drive.motors
+    ('steering', ('left_motor', 'right_motor'))
     """
 
     kind: Literal["ackermann"]

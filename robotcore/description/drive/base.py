@@ -15,7 +15,11 @@ Mass = Annotated[float, Field(ge=1e-4, le=1e4)]
 
 
 class Caster(StrictModel):
-    """A caster, which simulators model as a ball that slides without friction."""
+    """A caster, which simulators model as a ball that slides without friction.
+
+    >>> Caster(x_m=0.1, radius_m=0.012)
+    Caster(x_m=0.1, radius_m=0.012)
+    """
 
     x_m: Coordinate
     """The distance from the axle forward to the middle of the caster, in metres."""
@@ -23,7 +27,13 @@ class Caster(StrictModel):
 
 
 class DriveWheel(NamedTuple):
-    """A wheel of a drive. Its middle is at the height of its radius."""
+    """A wheel of a drive. Its middle is at the height of its radius.
+
+    >>> from robotcore.description import load_robot
+    >>> left, right = load_robot("rover").drive.wheels
+    >>> left.motor, left.y_m > right.y_m
+    ('left_motor', True)
+    """
 
     name: str
     """The name of the wheel in models: the name of its motor, or a place such as ``front_left``."""
@@ -43,7 +53,15 @@ class DriveWheel(NamedTuple):
 
 
 class Drive(StrictModel):
-    """The base class of drives. All wheels of a drive have the same size."""
+    """The base class of drives. All wheels of a drive have the same size.
+
+    >>> from robotcore.description import load_robot
+    >>> drive = load_robot("freenove-4wd").drive
+    >>> drive.kind, drive.left_motors
+    ('skid', ('front_left_motor', 'rear_left_motor'))
+    >>> drive.geometry.wheel_radius == drive.wheel_radius_m
+    True
+    """
 
     kind: str
     track_m: Metres

@@ -32,6 +32,11 @@ class SkidDrive(Drive):
 
     The origin of the robot's frame is on the floor under the middle of the wheels. All wheels of a side turn at the
     same velocity.
+
+    >>> from robotcore.description import load_robot
+    >>> drive = load_robot("freenove-4wd").drive
+    >>> isinstance(drive, SkidDrive), drive.geometry.track > drive.track_m  # the wheels skid in a turn
+    (True, True)
     """
 
     kind: Literal["skid"]

@@ -12,7 +12,12 @@ from robotcore.errors import Mistake
 
 
 class TwoWheelDrive(Drive):
-    """A differential drive: two driven wheels on one axle."""
+    """A differential drive: two driven wheels on one axle.
+
+    >>> size = {"track_m": 0.155, "wheel_radius_m": 0.0325, "wheel_width_m": 0.026, "wheel_mass_kg": 0.06}
+    >>> TwoWheelDrive(left="left_motor", right="right_motor", **size).geometry
+    DifferentialGeometry(wheel_radius=0.0325, track=0.155)
+    """
 
     kind: Literal["differential"] = "differential"
     left: Name

@@ -81,6 +81,17 @@ def is_recorded_app(recording: Recording, app: str) -> bool:
 
     It has the recorded name, or its file has the name or the source of the recorded file. If the recording names a
     class, the user's app has this class.
+
+    >>> from tempfile import TemporaryDirectory
+    >>> from robotcore import RunRequest, run
+    >>> from robotcore.recording import read
+    >>> from robotcore.recording.recorder import Recorder
+    >>> with TemporaryDirectory() as folder:
+    ...     recorder = Recorder(Path(folder, "run.mcap"))
+    ...     result = run(RunRequest("avoid-obstacles", timeout_s=0.5), [recorder], [recorder.layer])
+    ...     recording = read(Path(folder, "run.mcap"))
+    >>> is_recorded_app(recording, "avoid-obstacles"), is_recorded_app(recording, "green-search")
+    (True, False)
     """
     recorded = recording.metadata.request.app_reference
     if app_name(app) == app_name(recorded):

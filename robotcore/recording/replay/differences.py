@@ -22,7 +22,14 @@ PLATFORM_TOLERANCE = 1e-9
 
 @dataclass(frozen=True)
 class Deviation:
-    """The first decision of an app that differs from the recorded one."""
+    """The first decision of an app that differs from the recorded one.
+
+    >>> print(Deviation(12, 0.6, "the command", "left 3.0, right 3.0 rad/s", "stop"))
+    tick 12, at 0.6 s, the command differs
+      recorded: left 3.0, right 3.0 rad/s
+      replayed: stop
+      read in this tick: nothing
+    """
 
     tick: int
     time: float

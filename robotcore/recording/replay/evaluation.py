@@ -35,7 +35,20 @@ from robotcore.safety.latch import Latch
 
 @dataclass(frozen=True)
 class Evaluation:
-    """The result of an app on the samples of a recording."""
+    """The result of an app on the samples of a recording.
+
+    >>> from tempfile import TemporaryDirectory
+    >>> from robotcore import RunRequest, run
+    >>> from robotcore.recording import read
+    >>> from robotcore.recording.recorder import Recorder
+    >>> with TemporaryDirectory() as folder:
+    ...     recorder = Recorder(Path(folder, "run.mcap"))
+    ...     result = run(RunRequest("avoid-obstacles", timeout_s=0.5), [recorder], [recorder.layer])
+    ...     recording = read(Path(folder, "run.mcap"))
+    >>> evaluation = evaluate(recording, settings={"turn_rad_s": 0.5})
+    >>> evaluation.first_difference.subject, evaluation.ticks, evaluation.exit_status
+    ('the command', 11, 0)
+    """
 
     recording: Recording
     result: RunResult
@@ -119,6 +132,19 @@ def evaluate(
     settings: settings of the app by name. The recorded app has its recorded values for all others.
     file: the name of the recording in error messages.
     recorder: records the evaluation; None for no recording.
+
+    >>> from tempfile import TemporaryDirectory
+    >>> from robotcore import RunRequest, run
+    >>> from robotcore.recording import read
+    >>> from robotcore.recording.recorder import Recorder
+    >>> with TemporaryDirectory() as folder:
+    ...     recorder = Recorder(Path(folder, "run.mcap"))
+    ...     result = run(RunRequest("avoid-obstacles", timeout_s=0.5), [recorder], [recorder.layer])
+    ...     recording = read(Path(folder, "run.mcap"))
+    >>> evaluate(recording)
+    <Evaluation of avoid-obstacles: 0 of 11 ticks differ>
+    >>> evaluate(recording, settings={"turn_rad_s": 0.5})
+    <Evaluation of avoid-obstacles: 11 of 11 ticks differ>
     """
     require_ticks(recording, file)
     if app is None:

@@ -18,6 +18,19 @@ class ReplayRecorder(Recorder):
 
     path: the ``.mcap`` file, which is overwritten.
     recording: the recording that is replayed.
+
+    >>> from tempfile import TemporaryDirectory
+    >>> from robotcore import RunRequest, run
+    >>> from robotcore.recording import read
+    >>> from robotcore.recording.replay import replay
+    >>> with TemporaryDirectory() as folder:
+    ...     first, second = Path(folder, "run.mcap"), Path(folder, "replay.mcap")
+    ...     recorder = Recorder(first)
+    ...     result = run(RunRequest("avoid-obstacles", timeout_s=0.5), [recorder], [recorder.layer])
+    ...     recording = read(first)
+    ...     result = replay(recording, recorder=ReplayRecorder(second, recording))
+    ...     read(second)
+    <Recording of avoid-obstacles on kinematic: 11 ticks, timeout>
     """
 
     def __init__(self, path: Path, recording: Recording) -> None:

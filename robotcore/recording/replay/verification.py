@@ -34,7 +34,20 @@ DIFFERS = 1
 
 @dataclass(frozen=True)
 class ReplayResult:
-    """The result of verifying a recording."""
+    """The result of verifying a recording.
+
+    >>> from tempfile import TemporaryDirectory
+    >>> from robotcore import RunRequest, run
+    >>> from robotcore.recording import read
+    >>> from robotcore.recording.recorder import Recorder
+    >>> with TemporaryDirectory() as folder:
+    ...     recorder = Recorder(Path(folder, "run.mcap"))
+    ...     result = run(RunRequest("avoid-obstacles", timeout_s=0.5), [recorder], [recorder.layer])
+    ...     recording = read(Path(folder, "run.mcap"))
+    >>> result = replay(recording)
+    >>> result.is_equal, result.is_exact, result.exit_status
+    (True, True, 0)
+    """
 
     recording: Recording
     result: RunResult
@@ -123,6 +136,17 @@ def replay(
     file: the name of the recording in error messages.
     app: the file of another app to run; None for the recorded app.
     recorder: records the replay; None for no recording.
+
+    >>> from tempfile import TemporaryDirectory
+    >>> from robotcore import RunRequest, run
+    >>> from robotcore.recording import read
+    >>> from robotcore.recording.recorder import Recorder
+    >>> with TemporaryDirectory() as folder:
+    ...     recorder = Recorder(Path(folder, "run.mcap"))
+    ...     result = run(RunRequest("avoid-obstacles", timeout_s=0.5), [recorder], [recorder.layer])
+    ...     recording = read(Path(folder, "run.mcap"))
+    >>> replay(recording)
+    <ReplayResult of avoid-obstacles: 11 equal ticks, no difference>
     """
     require_ticks(recording, file)
     if not recording.is_replayable:

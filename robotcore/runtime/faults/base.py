@@ -26,6 +26,11 @@ class FaultContext:
     """The data of one fault in a run, and the source of its random numbers.
 
     The seed, the fault, the device and the time determine each random number. The number of reads has no influence.
+
+    >>> from robotcore.hal.clock import SteppedClock
+    >>> context = FaultContext(SteppedClock(20, lambda steps: None), seed=7, position=0, spec="camera drop=0.2")
+    >>> context.random_at("eye", 0.5).random() == context.random_at("eye", 0.5).random()
+    True
     """
 
     clock: Clock
@@ -70,6 +75,18 @@ class Fault(StrictModel):
     target_classes: the classes that the fault can affect: classes of devices such as Sensor or Motor, LoopTarget,
         ConnectionTarget.
     example: a specification of the fault.
+
+    >>> from robotcore.kinds.motor import Motor
+    >>> class HotMotor(Fault):
+    ...     target_classes = (Motor,)
+    ...     example = "left_motor hot=0.5"
+    ...     value: Probability
+    ...
+    ...     def layer(self, context: FaultContext) -> Layer:
+    ...         return Layer()  # its method `motor` replaces the motor's output
+    >>> fault = HotMotor(value=0.5, after=2.0)
+    >>> fault.is_active(1.0), fault.is_active(3.0), HotMotor.fits(Motor)
+    (False, True, True)
     """
 
     target_classes: ClassVar[tuple[type, ...]] = ()
@@ -93,7 +110,15 @@ class Fault(StrictModel):
 
 
 class PollingLayer(Layer):
-    """A layer that reads its sensors in every tick. It reads a sensor at the end of a tick if the app did not."""
+    """A layer that reads its sensors in every tick. It reads a sensor at the end of a tick if the app did not.
+
+    >>> from robotcore.hal.clock import SteppedClock
+    >>> layer, reads = PollingLayer(), []
+    >>> read = layer.poll(lambda: reads.append("read"))
+    >>> clock = layer.clock(SteppedClock(20, lambda steps: None))
+    >>> clock.sleep_until(0.05), reads  # nothing has read the sensor in the tick
+    (True, ['read'])
+    """
 
     def __init__(self) -> None:
         self._readers: list[Reader[Any]] = []

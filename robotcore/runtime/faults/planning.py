@@ -95,7 +95,13 @@ def list_modules(specs: Iterable[str]) -> list[str]:
 
 @dataclass(frozen=True)
 class PlannedFault:
-    """A fault with a checked specification, and its target on the robot."""
+    """A fault with a checked specification, and its target on the robot.
+
+    >>> from robotcore.description import load_robot
+    >>> (fault,) = plan_faults(["left_motor weak=0.5 after=2"], load_robot("rover"), opened=["left_motor"])
+    >>> str(fault), fault.is_active(1.0), fault.is_active(3.0)
+    ('left_motor weak=0.5 after=2', False, True)
+    """
 
     spec: Spec
     """The specification."""
@@ -126,9 +132,16 @@ def plan_faults(
 ) -> tuple[PlannedFault, ...]:
     """Check the specifications of a run's faults, and return the faults.
 
+    specs: the specifications, such as ``camera drop=0.2``.
+    description: the robot.
     opened: the names of the devices that the run opens.
 
     Raises UsageError with the correct form if a specification is wrong.
+
+    >>> from robotcore.description import load_robot
+    >>> faults = plan_faults(["camera drop=0.2", "loop stall=0.5 after=3"], load_robot("rover"), opened=["eye"])
+    >>> [str(fault) for fault in faults]
+    ['camera drop=0.2', 'loop stall=0.5 after=3']
     """
     if isinstance(specs, str):
         raise UsageError(f"faults is the text {specs!r}. Write a list: faults=[{specs!r}]", kind="faults-not-a-list")

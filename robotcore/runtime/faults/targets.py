@@ -15,13 +15,23 @@ from robotcore.plugins import kind_names
 
 
 class LoopTarget:
-    """The class of the target ``loop``."""
+    """The class of the target ``loop``.
+
+    >>> from robotcore.description import load_robot
+    >>> find_target("loop", load_robot("rover"), opened=[]).kind is LoopTarget
+    True
+    """
 
     kind: ClassVar[str] = "loop"
 
 
 class ConnectionTarget:
-    """The class of the target ``connection``."""
+    """The class of the target ``connection``.
+
+    >>> from robotcore.description import load_robot
+    >>> sorted(find_target("connection", load_robot("rover"), opened=["eye", "nose"]).devices)
+    ['eye', 'nose']
+    """
 
     kind: ClassVar[str] = "connection"
 

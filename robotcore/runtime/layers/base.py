@@ -13,6 +13,8 @@ from robotcore.kinds.motor import Motor
 from robotcore.safety.command_filter import CommandFilter
 from robotcore.safety.latch import Latch
 
+__all__ = ["Layer", "MotorOutput"]
+
 Reader = Callable[[], SampleT]
 """A function that returns the newest sample of one sensor."""
 
@@ -22,7 +24,12 @@ Send = Callable[[Any], Any]
 
 @dataclass(frozen=True, eq=False, slots=True)
 class MotorOutput:
-    """The two functions that command one motor. A layer can replace both."""
+    """The two functions that command one motor. A layer can replace both.
+
+    >>> output = MotorOutput("left_motor", set_velocity=lambda rad_s: min(rad_s, 10.0), stop=lambda: None)
+    >>> output.set_velocity(12.0)
+    10.0
+    """
 
     name: str
     """The motor's name in the robot's description."""
@@ -42,6 +49,13 @@ class Layer:
 
     Each method gets a function or a clock that leads to the driver. It returns one that leads through this layer. By
     default it returns its argument, so that the layer changes nothing.
+
+    >>> class HalfSpeed(Layer):
+    ...     def motor(self, motor):
+    ...         return MotorOutput(motor.name, lambda rad_s: motor.set_velocity(rad_s / 2), motor.stop)
+    >>> output = MotorOutput("left_motor", set_velocity=lambda rad_s: rad_s, stop=lambda: None)
+    >>> HalfSpeed().motor(output).set_velocity(8.0)
+    4.0
     """
 
     def sensor(self, sensor: Sensor[SampleT], read: Reader[SampleT]) -> Reader[SampleT]:

@@ -1,0 +1,45 @@
+"""Hooks of MkDocs: they add the generated pages of the reference, and the pages outside of docs/."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from typing import Any
+
+from mkdocs.config.defaults import MkDocsConfig
+from mkdocs.structure.files import File, Files
+from mkdocs.structure.pages import Page
+
+from docs.generator.api_pages import list_api_pages
+from docs.generator.command_pages import list_command_pages
+from docs.generator.error_pages import list_error_pages
+from docs.generator.notebook_pages import list_notebook_pages
+from docs.generator.outside_pages import DOCS, find_outside_pages, read_outside_page, rewrite_links
+from docs.generator.part_pages import list_part_pages
+
+PAGES: dict[str, Callable[[], Iterator[tuple[str, str | bytes]]]] = {
+    "reference": list_part_pages,
+    "reference/api": list_api_pages,
+    "reference/commands": list_command_pages,
+    "reference/errors": list_error_pages,
+    "notebooks": list_notebook_pages,
+}
+"""The functions that yield the names and the contents of pages, by their folders on the site."""
+
+_places = find_outside_pages()
+
+
+def on_files(files: Files, config: MkDocsConfig) -> Files:
+    """Add the generated pages, and those of files outside of docs/."""
+    for source, place in _places.items():
+        files.append(File.generated(config, place, content=read_outside_page(source)))
+    for folder, list_pages in PAGES.items():
+        for name, content in list_pages():
+            files.append(File.generated(config, f"{folder}/{name}", content=content))
+    return files
+
+
+def on_page_markdown(markdown: str, page: Page, **_: Any) -> str:
+    """Return a page whose links lead to the pages of the site."""
+    place = page.file.src_uri
+    source = next((source for source, each in _places.items() if each == place), f"{DOCS}/{place}")
+    return rewrite_links(markdown, source, place, _places)
