@@ -84,6 +84,7 @@ OWN_GROUP = os.getgid() or 5
     [(OWN_GROUP, 0o660), (OWN_GROUP, 0o600), (0, 0o660)],
     ids=["group-may", "group-may-not", "root-group"],
 )
+@pytest.mark.posix("Windows has no groups of ports")
 def test_the_remedy_names_a_group_only_if_its_members_may_use_the_port(
     monkeypatch: pytest.MonkeyPatch, group: int, mode: int, check_text: CheckText
 ) -> None:
@@ -95,6 +96,7 @@ def test_the_remedy_names_a_group_only_if_its_members_may_use_the_port(
     check_text(text, hide=[f" {name} $USER"])
 
 
+@pytest.mark.posix("it replaces os.write, which only POSIX uses")
 def test_a_finished_write_is_no_failure_after_a_long_suspension(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:

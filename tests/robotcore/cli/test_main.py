@@ -15,6 +15,7 @@ import click
 import pytest
 
 from robotcore.cli.main import robotcore, run_app
+from robotcore.runtime.signals import END_SIGNALS
 from tests.robotcore.cli.conftest import AppFile, Cli
 from tests.texts import CheckText
 
@@ -110,7 +111,7 @@ def test_an_interrupt_outside_a_run_has_exit_status_128_plus_sigint(cli: Cli, mo
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM, signal.SIGHUP])
+@pytest.mark.parametrize("number", END_SIGNALS[:3])
 def test_an_interrupted_process_reports_the_signal_and_ends_by_it(app_file: AppFile, number: int) -> None:
     command = [sys.executable, "-m", "robotcore", "run", app_file(f"os.kill(os.getpid(), {int(number)})"), "--json"]
     done = subprocess.run(command, capture_output=True, text=True, check=False)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-import resource
+import mmap
 import subprocess
 import sys
 import threading
@@ -97,7 +97,7 @@ def test_close_ends_every_thread_even_a_busy_one(reserve: Reserve) -> None:
 @pytest.mark.linux("it reads /proc")
 def test_reserved_memory_takes_address_space_only(reserve: Reserve) -> None:
     def resident() -> int:
-        return int(Path("/proc/self/statm").read_text().split()[1]) * resource.getpagesize()
+        return int(Path("/proc/self/statm").read_text().split()[1]) * mmap.PAGESIZE
 
     before = resident()
     reserve.hold(threads=0)
