@@ -101,7 +101,11 @@ main()
         (["stop"], 3, "robotcore stop without --backend needs"),
         (["stop", "--backend", "raspberrypi"], 3, "the backend 'raspberrypi' needs"),
         (["firmware", "flash", "--port", "COM3"], 3, "robotcore firmware flash needs"),
-        (["run", "avoid-obstacles", "--backend", "serial", "--port", "COM3", "--robot", "rover"], 2, "no ports"),
+        (
+            ["run", "avoid-obstacles", "--backend", "serial", "--port", "COM3", "--robot", "rover"],
+            3,
+            "there is no COM3",
+        ),
     ],
     ids=["deploy", "raspberrypi", "stop", "stop-raspberrypi", "firmware", "serial"],
 )

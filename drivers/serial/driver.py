@@ -20,7 +20,9 @@ def _validate_place(place: str) -> str:
     if not place:
         raise ValueError("the port is empty; write a port such as /dev/ttyUSB0")
     if "/" not in place and not USB.fullmatch(place) and not WINDOWS_NAME.fullmatch(place):
-        raise ValueError(f"{place!r} is no path of a port; write a path such as /dev/ttyUSB0, or usb:VENDOR:PRODUCT")
+        raise ValueError(
+            f"{place!r} is no path of a port; write a path such as /dev/ttyUSB0, COM3 on Windows, or usb:VENDOR:PRODUCT"
+        )
     return place
 
 

@@ -187,8 +187,7 @@ class Port:
                     serial.reset_output_buffer()
             if self.dtr is not None:
                 with suppress(*FAILURES):
-                    if HAS_POSIX:
-                        _keep_lines(serial.fileno())
+                    _keep_lines(serial)
                     serial.dtr = not self.dtr
             serial.close()
             self._serial = None
@@ -199,10 +198,13 @@ class Port:
         return PortError(f"{self.place} is lost: it was unplugged, or the board has no power{reader}. Plug it in again")
 
 
-def _keep_lines(file: int) -> None:
-    """Let the lines DTR and RTS of a port keep their levels when the port is closed."""
+def _keep_lines(serial: Serial) -> None:
+    """Let the lines DTR and RTS of a port keep their levels when the port is closed. Windows has no such setting."""
+    if not HAS_POSIX:
+        return
     import termios
 
+    file = serial.fileno()
     settings = termios.tcgetattr(file)
     settings[2] &= ~termios.HUPCL
     termios.tcsetattr(file, termios.TCSANOW, settings)
@@ -234,6 +236,8 @@ def explain_failure(place: str, path: str, baud: int, error: Exception) -> str:
 
 
 def _permission_remedy(path: str) -> str:
+    if not HAS_POSIX:
+        return "End the program that has it open, or choose another port"
     import grp
 
     group = "dialout"  # or uucp: the group of the ports on most systems

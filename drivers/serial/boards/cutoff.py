@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import re
 import select
+from collections.abc import Callable
 from contextlib import suppress
 from functools import partial
 from threading import RLock
@@ -93,7 +94,7 @@ class StopFrame(Cutoff):
         hung_up = select.poll()
         hung_up.register(self._serial.fileno(), 0)
         with suppress(ResourceError):  # `stop` works without the thread too
-            start_thread(partial(self._close_on_hang_up, self._serial, hung_up), f"unplugged {path}")
+            start_thread(partial(self._close_on_hang_up, self._serial, hung_up.poll), f"unplugged {path}")
 
     def arm(self) -> None:
         with self._lock, suppress(Exception):  # `stop` raises a failure that lasts
@@ -158,9 +159,9 @@ class StopFrame(Cutoff):
         self._serial.timeout = limit_s
         return bytes(self._serial.read(1)) + bytes(self._serial.read(self._serial.in_waiting))
 
-    def _close_on_hang_up(self, serial: Serial, hung_up: select.poll) -> None:
+    def _close_on_hang_up(self, serial: Serial, wait_for_hang_up: Callable[[float], object]) -> None:
         while self._serial is serial:
-            if hung_up.poll(HANG_UP_POLL_S * 1000):
+            if wait_for_hang_up(HANG_UP_POLL_S * 1000):
                 with self._lock:
                     if self._serial is serial:
                         self.close()

@@ -11,6 +11,7 @@ from pydantic import TypeAdapter, ValidationError
 from serial import SerialException
 from serial.tools import list_ports
 
+from drivers.serial import port as port_module
 from drivers.serial.driver import PortPlace
 from drivers.serial.port import WRITE_TIMEOUT_S, Port, PortMissingError, explain_failure, find_path
 from robotcore.hal.wall_clock import MonotonicClock
@@ -42,6 +43,21 @@ def ports(monkeypatch: pytest.MonkeyPatch) -> None:
 )
 def test_a_port_is_found_by_its_usb_id_or_its_path(place: str, path: str) -> None:
     assert find_path(place) == path
+
+
+def test_a_port_of_windows_is_found_by_its_name(monkeypatch: pytest.MonkeyPatch) -> None:
+    port = SimpleNamespace(device="COM3", vid=None, pid=None, serial_number=None)
+    monkeypatch.setattr(list_ports, "comports", lambda: [port])
+    assert TypeAdapter(PortPlace).validate_python("com3") == find_path("com3") == "com3"
+    with pytest.raises(PortMissingError, match=r"there is no COM4; there is COM3"):
+        find_path("COM4")
+
+
+def test_a_refusal_of_windows_means_another_program(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Pyserial has the error of Windows in its text only."""
+    monkeypatch.setattr(port_module, "HAS_POSIX", False)
+    error = SerialException("could not open port 'COM3': PermissionError(13, 'Access is denied.', None, 5)")
+    assert "held by another program" in explain_failure("COM3", "COM3", 9600, error)
 
 
 def test_a_port_with_a_name_that_is_too_long_is_missing() -> None:
