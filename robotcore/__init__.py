@@ -9,10 +9,12 @@ names is first used, so that the command line starts fast.
 ('success', 0)
 """
 
-from __future__ import annotations
-
 from importlib import import_module
 from typing import TYPE_CHECKING, Any
+
+from robotcore.python_versions import require_supported_python
+
+require_supported_python()
 
 if TYPE_CHECKING:
     from robotcore import errors as errors
@@ -157,6 +159,10 @@ __all__ = [
 
 
 def __getattr__(name: str) -> Any:
+    if name == "__version__":
+        from robotcore.compatibility import read_version
+
+        return read_version()
     if name in _PACKAGES:
         return import_module(f"robotcore.{_PACKAGES[name]}")
     if name not in _MODULES:
@@ -164,5 +170,5 @@ def __getattr__(name: str) -> Any:
     return getattr(import_module(f"robotcore.{_MODULES[name]}"), name)
 
 
-def __dir__() -> list[str]:
+def __dir__() -> "list[str]":
     return list(__all__)

@@ -94,6 +94,7 @@ class RobotcoreError(_Portable, Exception):
     kind: a stable identifier of the error, in kebab-case. Each class has a default.
     fields: the values in the message, by name.
 
+    >>> from robotcore.errors import UsageError
     >>> error = UsageError("a run takes at least 1 s, not 0 s", kind="duration-too-short", duration_s=0.0)
     >>> error.kind, error.fields["duration_s"]
     ('duration-too-short', 0.0)
@@ -147,7 +148,15 @@ class Mistake(ValueError):  # noqa: N818  several of them make one DescriptionEr
 
 
 class UsageError(RobotcoreError, ValueError):
-    """A command or a call is invalid. No motor has moved."""
+    """A command or a call is invalid. No motor has moved.
+
+    >>> from robotcore import RunRequest, run
+    >>> try:
+    ...     run(RunRequest("green-search", timeout_s=-1.0))
+    ... except UsageError as error:
+    ...     print(error.kind, error.exit_status)
+    not-positive 2
+    """
 
     kind = "usage"
     exit_status = 2
@@ -360,6 +369,12 @@ class DeviceError(RobotcoreError, OSError):
 
     device: the device's name.
     problem: the problem without a subject, such as ``is closed``. The message is ``device: problem``.
+
+    >>> error = DeviceError("nose", "no echo for 1.0 s. Check the wiring", kind="no-echo")
+    >>> error.device, error.kind, isinstance(error, OSError)
+    ('nose', 'no-echo', True)
+    >>> str(error)
+    'nose: no echo for 1.0 s. Check the wiring'
     """
 
     kind = "device"
@@ -504,7 +519,16 @@ class RoutineError(RobotcoreError):
 
 
 class RoutineTimeoutError(RoutineError, TimeoutError):
-    """A routine took longer than its `with_timeout`."""
+    """A routine took longer than its `with_timeout`.
+
+    >>> import robotcore
+    >>> with robotcore.open("rover", world="open") as robot:
+    ...     try:
+    ...         robot.wait_until(lambda: False, timeout_s=0.5)
+    ...     except RoutineTimeoutError as error:
+    ...         print(error.kind)
+    routine-timeout
+    """
 
     kind = "routine-timeout"
 
@@ -516,6 +540,14 @@ class BlockedError(RoutineError):
     cause: ``range-guard``, ``contact`` or ``wheels``.
     remaining_m: the distance that remains, in metres; 0 for a turn on the spot.
     remaining_rad: the angle that remains in a turn on the spot, in radians; None for another manoeuvre.
+
+    >>> import robotcore
+    >>> with robotcore.open("rover", world="arena") as robot:
+    ...     try:
+    ...         robot.drive.straight(2.0)  # into an obstacle
+    ...     except BlockedError as error:
+    ...         print(error.manoeuvre, error.cause, error.remaining_m > 1.0)
+    straight(2) range-guard True
     """
 
     kind = "blocked"
@@ -578,6 +610,7 @@ class BehaviourError(RobotcoreError):
 class Interrupted(_Portable):
     """A signal, such as SIGTERM, ended the program. ``except Exception`` in an app does not catch this exception.
 
+    >>> import signal
     >>> error = Interrupted(signal.SIGTERM)
     >>> error.exit_status, isinstance(error, Exception)
     (143, False)
@@ -599,7 +632,7 @@ def describe_exception(error: BaseException, caller: str) -> str:
     >>> try:
     ...     float("fast")
     ... except ValueError as error:
-    ...     text = describe_exception(error, caller=__file__)
+    ...     text = describe_exception(error, caller="limits.py")
     >>> text.partition(", at ")[0]
     "ValueError: could not convert string to float: 'fast'"
     """

@@ -14,6 +14,7 @@ from pathlib import Path
 from secrets import token_hex
 from typing import Any, TextIO
 
+from robotcore.errors import UsageError
 from robotcore.system import HAS_POSIX
 
 _LOCKED_AT = 2**40
@@ -77,6 +78,38 @@ def require_replaceable(file: Path) -> None:
     if file.exists() and not os.access(file, os.W_OK):
         raise PermissionError(errno.EACCES, os.strerror(errno.EACCES))
     _make_part(file).unlink()
+
+
+def save_output(content: bytes, file: Path, option: str) -> None:
+    """Replace a file that a command writes. If it cannot be written, keep the old file and raise UsageError.
+
+    option: the option of the command line that names the file; ``""`` if a call names it.
+    """
+    try:
+        with replace_file(file) as part:
+            part.write_bytes(content)
+    except OSError as error:
+        raise _build_unwritable_error(file, error, option) from None
+
+
+def require_writable(file: Path, option: str, suffix: str) -> None:
+    """Raise UsageError if a file has another suffix or cannot be replaced. The check does not change the file.
+
+    option: as for `save_output`.
+    suffix: the suffix that the file must have, such as ``.png``.
+    """
+    if file.suffix.lower() != suffix:
+        text = f"{option} {file}: not a {suffix} file. Name a {suffix} file"
+        raise UsageError(text.lstrip(), kind="file-ending")
+    try:
+        require_replaceable(file)
+    except OSError as error:
+        raise _build_unwritable_error(file, error, option) from None
+
+
+def _build_unwritable_error(file: Path, error: OSError, option: str) -> UsageError:
+    text = f"{option} {file}: {error.strerror}. Name a file that you can write, on a disk with free space"
+    return UsageError(text.lstrip(), kind="file-not-writable", file=str(file))
 
 
 def _make_part(file: Path) -> Path:

@@ -29,6 +29,7 @@ class Twist(NamedTuple):
 class Pose(NamedTuple):
     """A position and a heading in the plane.
 
+    >>> import math
     >>> robot = Pose(1.0, 0.0, math.pi / 2)
     >>> x, y = robot.to_world(2.0, 0.0)  # 2 m ahead of the robot
     >>> round(x, 3), round(y, 3)
@@ -100,6 +101,7 @@ class Pose(NamedTuple):
 def wrap_angle(angle: float) -> float:
     """Return an angle in radians, changed by a multiple of 2π so that it is in (-π, π].
 
+    >>> import math
     >>> round(math.degrees(wrap_angle(math.radians(350))))
     -10
     """
@@ -167,6 +169,7 @@ class DifferentialGeometry:
     The formulas are v = r(ω_r + ω_l)/2 and ω = r(ω_r − ω_l)/track.
     Source: Siegwart, Introduction to Autonomous Mobile Robots, section 3.2.
 
+    >>> from robotcore.geometry import Wheels
     >>> geometry = DifferentialGeometry(wheel_radius=0.05, track=0.2)
     >>> geometry.to_wheels(linear=0.1, angular=0.0)
     Wheels(left=2, right=2)

@@ -32,6 +32,7 @@ UNDISTORT_STEPS = 60
 def is_picture(value: object) -> bool:
     """Return whether a value is an `Image` with at least one pixel.
 
+    >>> import numpy as np
     >>> is_picture(np.zeros((240, 320, 3), np.uint8)), is_picture(np.zeros((240, 320)))
     (True, False)
     """
@@ -46,6 +47,7 @@ class Intrinsics:
 
     The centres of pixels have whole coordinates, as in OpenCV. The optical axis is at the pixel ``(cx, cy)``.
 
+    >>> import math
     >>> eye = Intrinsics(width=320, height=240, horizontal_fov=math.radians(60))
     >>> round(eye.focal_length, 1), eye.cx
     (277.1, 159.5)
@@ -156,8 +158,10 @@ class Mounted(Protocol):
 class CameraView:
     """Projects points of the world to the pixels of a camera at a fixed pose.
 
-    >>> from robotcore.kinds.camera import CameraDescription
+    >>> import numpy as np
+    >>> from robotcore import Pose
     >>> from robotcore.description import load_robot
+    >>> from robotcore.kinds.camera import CameraDescription
     >>> eye = load_robot("rover").first_of(CameraDescription)
     >>> view = CameraView.of(eye.intrinsics, eye.mount, Pose(0.0, 0.0, 0.0))
     >>> point = np.array([[1.14, 0.0, 0.1]])  # 1 m ahead of the camera

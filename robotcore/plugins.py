@@ -7,6 +7,7 @@ from functools import cache
 from importlib.metadata import EntryPoint, entry_points
 from typing import Any
 
+from robotcore.compatibility import PACKAGE, UPDATE, check_requirements
 from robotcore.errors import BackendMissingError, UnknownNameError, UsageError
 
 __all__ = ["app_names", "backend_names", "device_driver_names", "fault_names", "kind_names"]
@@ -16,6 +17,9 @@ APPS = "robotcore.apps"
 FAULTS = "robotcore.faults"
 DEVICES = "robotcore.devices"
 KINDS = "robotcore.kinds"
+
+_OWN_MODULES = (PACKAGE, "drivers", "apps")
+"""The top-level modules of robotcore's own package."""
 
 
 def backend_names() -> list[str]:
@@ -71,7 +75,7 @@ def load_registered(kind: str, group: str, name: str) -> Any:
     name: the name of the entry point.
 
     Raises UsageError for an empty group and for a name that two packages register, UnknownNameError for an unknown
-    name, and BackendMissingError for an object that cannot be imported.
+    name, and BackendMissingError for an object that cannot be imported or whose package needs another robotcore.
     """
     points = _points(group)
     if not points:
@@ -86,6 +90,7 @@ def load_registered(kind: str, group: str, name: str) -> Any:
             group=group,
             name=name,
         )
+    _require_matching_package(kind, points[name])
     try:
         return points[name].load()
     except (Exception, SystemExit) as error:
@@ -95,6 +100,27 @@ def load_registered(kind: str, group: str, name: str) -> Any:
             group=group,
             name=name,
         ) from error
+
+
+def _require_matching_package(kind: str, point: EntryPoint) -> None:
+    """Raise BackendMissingError if the package of an entry point needs another version of robotcore.
+
+    pip refuses to install such a package. It can still be here, for example after an update of robotcore.
+    """
+    if point.dist is None or point.module.partition(".")[0] in _OWN_MODULES:
+        return
+    if unmet := check_requirements(point.dist.requires or ()):
+        package = f"{point.dist.name} {point.dist.version}"
+        is_old = unmet.remedy != UPDATE
+        remedy = f"Install a version of {point.dist.name} for this robotcore" if is_old else unmet.remedy
+        raise BackendMissingError(
+            f"the {kind} {point.name!r} is in the package {package}, which needs robotcore {unmet.needed}, and this is "
+            f"robotcore {unmet.installed}. {remedy}",
+            kind="robotcore-version",
+            package=point.dist.name,
+            needed=unmet.needed,
+            installed=unmet.installed,
+        )
 
 
 @cache

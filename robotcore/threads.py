@@ -1,7 +1,8 @@
-"""Starts threads, and recognises errors that mean that memory has run out."""
+"""Starts threads, and recognises Pythons without threads and errors that mean that memory has run out."""
 
 from __future__ import annotations
 
+import sys
 from collections.abc import Callable
 from threading import Thread
 
@@ -18,6 +19,16 @@ def is_out_of_memory(error: BaseException) -> bool:
     """
     is_refusal = isinstance(error, MemoryError) or (type(error) is RuntimeError and "allocate lock" in str(error))
     return is_refusal or (error.__cause__ is not None and is_out_of_memory(error.__cause__))
+
+
+def has_threads() -> bool:
+    """Return whether this Python can start threads. In a web page it cannot, unless its build supports them.
+
+    >>> has_threads()
+    True
+    """
+    emscripten = getattr(sys, "_emscripten_info", None)
+    return emscripten is None or bool(emscripten.pthreads)
 
 
 def start_thread(target: Callable[[], object], name: str) -> Thread:

@@ -6,6 +6,7 @@ An exception may have the example of its base. A constant has a sentence below i
 from __future__ import annotations
 
 import ast
+import builtins
 import dataclasses
 import doctest
 import inspect
@@ -49,6 +50,25 @@ def list_undocumented_parameters(value: Any) -> list[str]:
     return [name for name in names if not re.search(rf"\b{name}\b", doc)]
 
 
+def list_unknown_names(doc: str, known: str) -> list[str]:
+    """Return the names that the examples of a docstring use and neither import nor define.
+
+    known: the name that the docstring documents, which a reader has imported.
+    """
+    nodes = [node for each in doctest.DocTestParser().get_examples(doc) for node in ast.walk(ast.parse(each.source))]
+    bound = {known, "__name__", "__file__", *dir(builtins)}
+    for node in nodes:
+        match node:
+            case ast.Name(id=name, ctx=ast.Store()) | ast.FunctionDef(name=name) | ast.ClassDef(name=name):
+                bound.add(name)
+            case ast.arg(arg=name) | ast.ExceptHandler(name=str(name)):
+                bound.add(name)
+            case ast.Import(names=aliases) | ast.ImportFrom(names=aliases):
+                bound |= {(each.asname or each.name).partition(".")[0] for each in aliases}
+    used = [node.id for node in nodes if isinstance(node, ast.Name)]
+    return [name for name in dict.fromkeys(used) if name not in bound]
+
+
 def _is_documented(module: str, name: str) -> bool:
     """Return whether a string follows the assignment of a name, in its module or in the module of its import."""
     if name in (assignments := find_assignments(module)):
@@ -80,6 +100,20 @@ def _has_fields(value: Any) -> bool:
     """Return whether the fields of a class, which have docstrings of their own, are its parameters."""
     is_record = dataclasses.is_dataclass(value) or hasattr(value, "model_fields")
     return is_record or (inspect.isclass(value) and issubclass(value, (tuple, BaseException)))
+
+
+@pytest.mark.parametrize("module", MODULES)
+def test_examples_import_all_other_names(module: str) -> None:
+    values = {name: getattr(import_module(module), name) for name in list_public_names(module)}
+    docs = {name: value.__doc__ for name, value in values.items() if is_ours(value) and value.__doc__}
+    unknown = {name: list_unknown_names(doc, name) for name, doc in docs.items()}
+    assert {name: names for name, names in unknown.items() if names} == {}
+
+
+def test_a_name_that_an_example_does_not_import_is_found() -> None:
+    lines = ("from math import pi", "def double(x):", "    return pi * x", "double(radius), Motor, print")
+    example = "".join(f">>> {line}\n" if line[0] != " " else f"... {line}\n" for line in lines)
+    assert list_unknown_names(f"A motor.\n\n{example}", "Motor") == ["radius"]
 
 
 def test_no_public_example_is_skipped() -> None:

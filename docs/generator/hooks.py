@@ -10,6 +10,7 @@ from mkdocs.structure.files import File, Files
 from mkdocs.structure.pages import Page
 
 from docs.generator.api_pages import list_api_pages
+from docs.generator.browser_files import list_browser_files
 from docs.generator.command_pages import list_command_pages
 from docs.generator.error_pages import list_error_pages
 from docs.generator.notebook_pages import list_notebook_pages
@@ -17,6 +18,7 @@ from docs.generator.outside_pages import DOCS, find_outside_pages, read_outside_
 from docs.generator.part_pages import list_part_pages
 
 PAGES: dict[str, Callable[[], Iterator[tuple[str, str | bytes]]]] = {
+    "browser": list_browser_files,
     "reference": list_part_pages,
     "reference/api": list_api_pages,
     "reference/commands": list_command_pages,

@@ -16,6 +16,7 @@ from typing import Any
 import nbformat
 from jupyter_client.manager import AsyncKernelManager
 from nbclient import NotebookClient
+from nbclient.exceptions import CellExecutionError
 
 FOLDER = Path(__file__).resolve().parents[1] / "notebooks"
 INTERRUPTED = "interrupt"
@@ -30,16 +31,23 @@ MAX_LINES = 30
 def list_notebook_pages() -> Iterator[tuple[str, str | bytes]]:
     """Run each notebook. Yield the name of its page and its Markdown, and the names and contents of its pictures."""
     for file in sorted(FOLDER.glob("*.ipynb")):
-        with TemporaryDirectory() as folder:
-            for helper in FOLDER.glob("*.py"):
-                shutil.copy(helper, folder)
-            cells = run_notebook(file.stem, Path(folder)).cells
+        try:
+            cells = _run_in_new_folder(file.stem)
+        except CellExecutionError:  # the watchdog may end a run on a busy machine
+            cells = _run_in_new_folder(file.stem)
         pictures = _find_pictures(file.stem, cells)
         yield from pictures.items()
         download = f"[Download this notebook]({file.name}), and run it: [the guide](../interactive.md#notebooks)."
         title, *rest = [_format_cell(file.stem, cell) for cell in cells]
         heading, _, intro = title.partition("\n")
         yield f"{file.stem}.md", "\n\n".join([heading, download, intro.strip(), *rest]) + "\n"
+
+
+def _run_in_new_folder(name: str) -> Any:
+    with TemporaryDirectory() as folder:
+        for helper in FOLDER.glob("*.py"):
+            shutil.copy(helper, folder)
+        return run_notebook(name, Path(folder)).cells
 
 
 def read_notebook(name: str) -> Any:

@@ -43,7 +43,13 @@ def list_part_pages() -> Iterator[tuple[str, str]]:
 
 
 def _format_file_page(model: type[StrictModel], title: str, guide: str) -> str:
-    parts = [f"# {title}", f"[The guide](../{guide}) shows complete files.", "## The file", format_keys(model)]
+    version = 'The key `robotcore` names [the versions that can read the file](../compatibility.md), such as `">=0.1"`.'
+    parts = [
+        f"# {title}",
+        f"[The guide](../{guide}) shows complete files. {version}",
+        "## The file",
+        format_keys(model),
+    ]
     parts += _format_tables(model)
     if model is RobotDescription:
         parts += ["## Devices", "Each table `[[devices]]` has the keys of its [kind](device-kinds.md)."]

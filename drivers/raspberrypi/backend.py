@@ -8,10 +8,11 @@ from functools import partial
 from itertools import chain
 from typing import TYPE_CHECKING, ClassVar
 
-from drivers.raspberrypi.chip import AT_THE_DESK, INSTALL
+from drivers.raspberrypi.chip import AT_THE_DESK, INSTALL, ON_THE_PI
 from drivers.raspberrypi.header import build_wiring, resolve_pins
 from drivers.raspberrypi.pins import open_pins
 from robotcore.description import RobotDescription, StrictModel
+from robotcore.errors import BackendMissingError
 from robotcore.hal.backend import Setup
 from robotcore.hal.robot import Robot
 from robotcore.hal.wall_clock import MonotonicClock
@@ -20,6 +21,7 @@ from robotcore.system import require_linux
 
 if TYPE_CHECKING:
     from robotcore.hal.check_finding import Finding
+    from robotcore.hal.loopback import LoopbackRequest, LoopbackTest
     from robotcore.hal.wiring import Wiring
 
 
@@ -65,6 +67,17 @@ class RaspberryPiBackend(HardwareBackend):
 
         batteries = [("battery", partial(diagnose_monitored, self, robot))] if robot and self.is_native_host else []
         return chain(examine(self, robot), findings_of(batteries))
+
+    def plan_loopback(self, request: LoopbackRequest) -> LoopbackTest:
+        if self.needs_world:  # virtual pins have no wires
+            return super().plan_loopback(request)
+        from drivers.raspberrypi.loopback.pi_test import PiLoopbackTest
+
+        if not self.is_installed:
+            raise BackendMissingError(f"the loopback test needs {' and '.join(self.modules)}. {ON_THE_PI}")
+        test = PiLoopbackTest(request, self.bind(request.robot) if request.robot else ())
+        open_pins().close()  # the person connects nothing if the pins cannot be used
+        return test
 
     def wiring(self, robot: RobotDescription) -> Wiring:
         bindings, left_out = self.bind_for_wiring(robot)

@@ -121,10 +121,11 @@ def release_lines() -> None:
 
 
 AT_THE_DESK = "At the desk: --backend virtualpi"
-INSTALL = (
+ON_THE_PI = (
     "On the Pi: sudo apt install python3-lgpio, and pip install 'robotcore[pi]' in a venv made with "
-    f"--system-site-packages. {AT_THE_DESK}"
+    "--system-site-packages"
 )
+INSTALL = f"{ON_THE_PI}. {AT_THE_DESK}"
 
 
 class HeldLineError(BackendError):

@@ -27,6 +27,8 @@ class HeadingEstimator:
     ``heading`` is the angle in radians, from -π to π, by which the robot has turned since it was opened. ``bias`` is
     the estimated bias of the IMU's turn rate, in rad/s.
 
+    >>> from robotcore import Pose
+    >>> from robotcore.kinds.imu import ImuSample
     >>> estimator = HeadingEstimator()
     >>> estimator.update(Pose(0.0, 0.0, 0.0), ImuSample(0.5, 0.0, 0.0, 0.1, time=0.2, sequence=4))
     0.0

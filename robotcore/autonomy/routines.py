@@ -39,8 +39,8 @@ TIME_TOLERANCE_S = 1e-9
 class RaceResult(NamedTuple):
     """The result of `race`.
 
-    >>> from robotcore import straight
     >>> import robotcore
+    >>> from robotcore import race, straight, wait
     >>> with robotcore.open("rover", world="open") as robot:
     ...     ended = robot.run(race(straight(robot, 5.0), wait(robot, 0.5)))
     ...     ended.winner, ended.result
@@ -130,8 +130,8 @@ def parallel(*routines: Routine[Any]) -> Routine[tuple[Any, ...]]:
 
     routines: the routines, such as ``straight(robot, 1.0)``.
 
-    >>> from robotcore import move
     >>> import robotcore
+    >>> from robotcore import move, wait
     >>> with robotcore.open("rover", world="open") as robot:
     ...     robot.run(parallel(move(robot, 0.2, seconds=0.5), wait(robot, 1.0)))
     ...     robot.clock.now()
@@ -164,8 +164,8 @@ def race(*routines: Routine[Any]) -> Routine[RaceResult]:
 
     routines: the routines, such as ``straight(robot, 1.0)``.
 
-    >>> from robotcore import move
     >>> import robotcore
+    >>> from robotcore import move, wait
     >>> with robotcore.open("rover", world="open") as robot:
     ...     robot.run(race(move(robot, 0.2), wait(robot, 0.5))).winner  # the motion was closed
     ...     robot.clock.now()
@@ -295,6 +295,7 @@ def on_stop(routine: Routine[T], clean_up: Callable[[], object]) -> Routine[T]:
     clean_up: a function without arguments.
 
     >>> import robotcore
+    >>> from robotcore import wait
     >>> with robotcore.open("rover", world="open") as robot:
     ...     robot.run(on_stop(wait(robot, 0.1), lambda: print("the light is off")))
     the light is off

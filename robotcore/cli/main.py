@@ -67,12 +67,26 @@ OUTPUT_FAILED = 1
     invoke_without_command=True,
     context_settings={"help_option_names": ["-h", "--help"]},
 )
-@click.version_option(package_name="robotcore", prog_name="robotcore", message="%(prog)s %(version)s")
+@click.option(
+    "--version",
+    is_flag=True,
+    expose_value=False,
+    is_eager=True,
+    callback=lambda context, _option, is_given: _write_version(context) if is_given else None,
+    help="Show the version and exit.",
+)
 @click.pass_context
 def robotcore(context: click.Context) -> None:
     """Write a robot's behaviour once, and run the same file in simulation and on the robot."""
     if context.invoked_subcommand is None:
         write_lines(context.get_help())
+
+
+def _write_version(context: click.Context) -> NoReturn:
+    from robotcore.compatibility import read_version
+
+    write_line(f"robotcore {read_version()}")
+    context.exit()
 
 
 def main() -> NoReturn:
@@ -88,6 +102,7 @@ def run_app(name: str) -> NoReturn:
 
     name: the app's name or file, as for ``robotcore run``.
 
+    >>> from robotcore.cli.main import __file__
     >>> if __name__ == "__main__":  # the last lines of an app's file
     ...     run_app(__file__)
     """

@@ -1,17 +1,21 @@
-"""Check the names of files that a command writes, and finish the recording of a run."""
+"""Check the names of files that a command writes, write its JUnit file, and finish the recording of a run."""
 
 from __future__ import annotations
 
-from collections.abc import Collection, Mapping
+import os
+from collections.abc import Collection, Iterator, Mapping, Sequence
+from contextlib import contextmanager
 from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 from robotcore.cli.options import refuse_without
 from robotcore.cli.output import write_failure
-from robotcore.errors import UsageError
+from robotcore.errors import RobotcoreError, UsageError
+from robotcore.files import require_writable, save_output
 
 if TYPE_CHECKING:
+    from robotcore.junit import JUnitSuite
     from robotcore.recording.recorder import Recorder
     from robotcore.runtime.result import RunResult
 
@@ -45,12 +49,72 @@ def require_suffix(option: str, output: Path | None, suffixes: Collection[str]) 
         )
 
 
+def require_different(**outputs: Path | None) -> None:
+    """Raise UsageError if two outputs of a command are the same file, even under another name.
+
+    outputs: the files by the names of their options, with ``_`` in place of ``-``. None is left out.
+    """
+    found: dict[Path, str] = {}
+    for name, file in outputs.items():
+        option = f"--{name.replace('_', '-')}"
+        if file and (other := found.setdefault(Path(os.path.realpath(file)), option)) != option:
+            raise UsageError(
+                f"{option} {file}: {other} names the same file. Name two files",
+                kind="same-output",
+                option=option,
+                file=str(file),
+            )
+
+
 def is_same_file(file: Path, other: Path | str) -> bool:
     """Return whether both names refer to the same existing file."""
     try:
         return file.samefile(other)
     except (OSError, ValueError):
         return False
+
+
+JUNIT = "--junit"
+"""The option that names a JUnit file."""
+
+
+def require_junit_file(file: Path | None) -> None:
+    """Raise UsageError if `write_junit` could not write the file. The file itself does not change."""
+    if file:
+        require_writable(file, JUNIT, ".xml")
+
+
+def write_junit(suites: Sequence[JUnitSuite], file: Path) -> None:
+    """Write test suites as JUnit XML. Raises UsageError if the file cannot be written; the old file is then kept."""
+    from robotcore.junit import format_junit
+
+    save_output(format_junit(suites), file, JUNIT)
+
+
+def write_error_suite(file: Path | None, group: str, name: str, command: str, error: RobotcoreError) -> None:
+    """Write a JUnit file with an error, so that a CI server shows it. If the file cannot be written, print that.
+
+    file: the JUnit file; None for none.
+    group, name: the group and the name of the test case.
+    command: the command line that repeats it.
+    """
+    from robotcore.junit import build_error_suite
+
+    try:
+        if file:
+            write_junit([build_error_suite(group, name, command, error)], file)
+    except UsageError as unwritten:  # the caller reports the first error
+        write_failure(str(unwritten))
+
+
+@contextmanager
+def report_error(file: Path | None, group: str, name: str, command: str) -> Iterator[None]:
+    """Call `write_error_suite` if the ``with`` block raises RobotcoreError."""
+    try:
+        yield
+    except RobotcoreError as error:
+        write_error_suite(file, group, name, command, error)
+        raise
 
 
 def build_recorder(

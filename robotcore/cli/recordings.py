@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import shlex
+from collections.abc import Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -10,8 +12,16 @@ import click
 from robotcore.cli.command_classes import AnsweringCommand
 from robotcore.cli.options import parse_pair, refuse_without
 from robotcore.cli.output import redirect_prints, write, write_json, write_line
-from robotcore.cli.output_files import finish_recording, require_distinct, require_suffix
-from robotcore.errors import UsageError
+from robotcore.cli.output_files import (
+    finish_recording,
+    report_error,
+    require_different,
+    require_distinct,
+    require_junit_file,
+    require_suffix,
+    write_junit,
+)
+from robotcore.errors import Interrupted, UsageError
 
 if TYPE_CHECKING:
     from robotcore.recording import Recording
@@ -110,6 +120,12 @@ def compare(first: Path, second: Path, picture: Path | None, *, as_json: bool) -
 @click.option(
     "--set", "settings", metavar="KEY=VALUE", type=parse_pair, multiple=True, help="Change a setting of the app."
 )
+@click.option(
+    "--require-equal",
+    "must_be_equal",
+    is_flag=True,
+    help="Fail at a decision that differs, also with another app or with --set.",
+)
 @click.option("--picture", metavar="FILE", type=_FILE, help="Draw the replay, seen from above, as a PNG.")
 @click.option(
     "--record",
@@ -118,6 +134,7 @@ def compare(first: Path, second: Path, picture: Path | None, *, as_json: bool) -
     help="Record the replay as an .mcap file, with its logged values and prints.",
 )
 @click.option("--force", "is_forced", is_flag=True, help="Overwrite an existing recording.")
+@click.option("--junit", metavar="FILE.xml", type=_FILE, help="Write the result as JUnit XML, which CI servers read.")
 @click.option(
     "--watch",
     metavar="FILE.py",
@@ -130,8 +147,10 @@ def replay(
     settings: tuple[tuple[str, str], ...],
     picture: Path | None,
     record: Path | None,
+    junit: Path | None,
     watch: str | None,
     *,
+    must_be_equal: bool,
     is_forced: bool,
     as_json: bool,
 ) -> int:
@@ -143,27 +162,44 @@ def replay(
     With another app or with --set, shows how the decisions on the recorded samples differ. Logged values are shown, and
     not compared. With --watch, Ctrl-C ends the command.
 
-    Exit status: 0 if all decisions are equal or if another app ran to its end, 1 if a decision differs. An error has
-    the exit status of `robotcore run`.
+    --junit writes a test case, also if the recording cannot be replayed.
+
+    Exit status: 0 if all decisions are equal, or if another app ran to its end and --require-equal is not given; 1 if
+    a decision differs. An error has the exit status of `robotcore run`.
     """
     if watch:
-        return _watch(file, watch, app, settings, picture, record, is_forced=is_forced, as_json=as_json)
+        outputs = {"--picture": picture, "--record": record, "--junit": junit}
+        flags = {"--require-equal": must_be_equal, "--json": as_json}
+        return _watch(file, watch, app, settings, outputs, flags, is_forced=is_forced)
     from robotcore.recording import read
+    from robotcore.recording.replay import ReplayRecorder
     from robotcore.view.page import require_writable
 
-    require_distinct("--picture", picture, file)
-    require_distinct("--record", record, file)
+    for option, output in (("--picture", picture), ("--record", record), ("--junit", junit)):
+        require_distinct(option, output, file)
+    require_different(picture=picture, record=record, junit=junit)
+    require_junit_file(junit)
+    _require_recordable(record, is_forced=is_forced)
     if picture:
         require_writable(picture)
-    recording = read(file)
-    recorder = _build_replay_recorder(recording, record, is_forced=is_forced)
-    with redirect_prints(as_json=as_json):
-        result = _replay(recording, file, app, dict(settings), recorder)
+    options = [*(f"--app={name}" for name in filter(None, [app])), *(f"--set={key}={value}" for key, value in settings)]
+    options += ["--require-equal"] if must_be_equal else []
+    line = shlex.join(["robotcore", "replay", *options, str(file)])
+    with report_error(junit, "replay", str(file), line):
+        recording = read(file)
+        recorder = ReplayRecorder(record, recording) if record else None
+        with redirect_prints(as_json=as_json):
+            result = _replay(recording, file, app, dict(settings), recorder, must_be_equal=must_be_equal)
     _, recorded = finish_recording(result.result, recorder) if recorder else (None, "")
     if as_json:
         write_json({"file": str(file), **result.to_dict()})
     else:
         _write_replay(result)
+    if junit and not isinstance(result.result.error, Interrupted):
+        from robotcore.view.replay_suite import build_suite
+
+        write_junit([build_suite(file, line, result)], junit)
+        write_line(f"The JUnit file: {junit}", is_error=as_json)
     if picture:
         _draw_replay(recording, result, picture)
         write_line(f"The picture: {picture}", is_error=as_json)
@@ -193,11 +229,10 @@ def _watch(
     watched: str,
     app: str | None,
     settings: tuple[tuple[str, str], ...],
-    picture: Path | None,
-    record: Path | None,
+    outputs: Mapping[str, Path | None],
+    flags: Mapping[str, bool],
     *,
     is_forced: bool,
-    as_json: bool,
 ) -> int:
     from robotcore.cli.replay_watch import watch_app
 
@@ -206,39 +241,41 @@ def _watch(
             f"--watch {watched} names the app, and so does --app {app}. Leave --app out", kind="app-named-twice"
         )
     arguments = ["replay", f"--app={watched}", *(f"--set={key}={value}" for key, value in settings)]
-    arguments += [f"--picture={picture}"] if picture else []
-    arguments += [f"--record={record}"] if record else []
-    arguments += ["--json"] if as_json else []
+    arguments += [f"{option}={output}" for option, output in outputs.items() if output]
+    arguments += [flag for flag, is_given in flags.items() if is_given]
     first = [*arguments, *(["--force"] if is_forced else []), "--", str(file)]
-    later = [*arguments, *(["--force"] if record else []), "--", str(file)]
-    return watch_app(watched, first, later, is_quiet=as_json)
+    later = [*arguments, *(["--force"] if outputs["--record"] else []), "--", str(file)]
+    return watch_app(watched, first, later, is_quiet=flags["--json"])
 
 
-def _build_replay_recorder(recording: Recording, file: Path | None, *, is_forced: bool) -> Recorder | None:
+def _require_recordable(file: Path | None, *, is_forced: bool) -> None:
     refuse_without("a recording", "Add --record FILE.mcap", force=is_forced and file is None)
-    if file is None:
-        return None
-    from robotcore.recording.mcap_file import require_recordable
-    from robotcore.recording.replay import ReplayRecorder
+    if file:
+        from robotcore.recording.mcap_file import require_recordable
 
-    require_recordable(file, is_forced=is_forced)
-    return ReplayRecorder(file, recording)
+        require_recordable(file, is_forced=is_forced)
 
 
 def _replay(
-    recording: Recording, file: Path, app: str | None, settings: dict[str, str], recorder: Recorder | None
+    recording: Recording,
+    file: Path,
+    app: str | None,
+    settings: dict[str, str],
+    recorder: Recorder | None,
+    *,
+    must_be_equal: bool,
 ) -> ReplayResult | Evaluation:
     from robotcore.recording.replay import evaluate, is_recorded_app, replay
 
     is_same_app = not app or (recording.is_replayable and is_recorded_app(recording, app))
     if settings or not is_same_app:
-        return evaluate(recording, app, settings, file=file, recorder=recorder)
+        return evaluate(recording, app, settings, file=file, recorder=recorder, must_be_equal=must_be_equal)
     return replay(recording, file, app=app, recorder=recorder)
 
 
 def _write_replay(result: ReplayResult | Evaluation) -> None:
     from robotcore.cli.output import write_error
-    from robotcore.errors import DeviationError, Interrupted, RecordingEndedError, RobotcoreError
+    from robotcore.errors import DeviationError, RecordingEndedError, RobotcoreError
     from robotcore.view.text import format_replay
 
     write(format_replay(result))

@@ -97,6 +97,11 @@ _FIRST_SIMULATOR = "pybullet"
     "--profile", "is_profiled", is_flag=True, help="Show the slowest phases, devices and lines of the app at the end."
 )
 @click.option("--no-estop-key", is_flag=True, help="Leave the terminal to the app. The space bar is then no e-stop.")
+@click.option(
+    "--rt",
+    is_flag=True,
+    help="Give the ticks the real-time priority of Linux, and lock the memory, on a real robot: docs/safety.md.",
+)
 @click.option("--keys", is_flag=True, help="Drive by the keys of the terminal in place of the app, in real time.")
 @click.option("--json", "as_json", is_flag=True, help="Print one line of JSON at the end, and nothing else.")
 def command(

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import shlex
+from collections.abc import Iterator
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -11,8 +12,10 @@ import click
 from robotcore.cli.command_classes import AnsweringCommand
 from robotcore.cli.options import FolderType, parse_count, parse_names, parse_seconds, run_options
 from robotcore.cli.output import redirect_prints, write_line
+from robotcore.cli.output_files import report_error, require_junit_file, write_error_suite, write_junit
 from robotcore.cli.sweep_output import show_resumed, show_sweep
 from robotcore.errors import BackendError, Interrupted, RobotcoreError, UsageError
+from robotcore.files import require_writable, save_output
 
 if TYPE_CHECKING:
     from robotcore.runtime.plan import RunRequest
@@ -22,6 +25,9 @@ if TYPE_CHECKING:
 
 
 FOLDER = FolderType()
+
+BADGE = "--badge"
+"""The option that names the file of a badge."""
 
 MAX_JOBS = 1024
 """The greatest number of parallel runs. Each has a thread and a process, whose number the operating system limits."""
@@ -77,6 +83,18 @@ class _SweepCommand(AnsweringCommand):
 @click.option("--fresh", is_flag=True, help="Delete the existing results, and run everything again.")
 @click.option("--report", metavar="DIR", type=FOLDER, help="Write a report for a browser into this folder.")
 @click.option(
+    "--junit",
+    metavar="FILE.xml",
+    type=click.Path(path_type=Path),
+    help="Write each run and each bound as a test case in JUnit XML, which CI servers read.",
+)
+@click.option(
+    "--badge",
+    metavar="FILE.svg",
+    type=click.Path(path_type=Path),
+    help="Draw the success rate, with the colour of the bounds, as a picture for a web page.",
+)
+@click.option(
     "--require",
     "requirements",
     metavar="BOUND",
@@ -96,6 +114,8 @@ def command(
     cluster: str | None,
     out: Path | None,
     report: Path | None,
+    junit: Path | None,
+    badge: Path | None,
     requirements: tuple[str, ...],
     *,
     fresh: bool,
@@ -105,7 +125,7 @@ def command(
     """Run APP in many worlds, and print how often it succeeds.
 
     Runs every backend in every world with every seed. Each result is stored at once, so the same command continues an
-    interrupted sweep.
+    interrupted sweep. --report, --junit and --badge are written at the end, also from the results of finished runs.
 
     Exit status: 0 all runs are done, 1 the results do not meet a bound of --require, 2 wrong usage or a folder that
     cannot be used, 3 a backend or the cluster failed or is missing, 5 the app's file or settings raised an error,
@@ -117,25 +137,26 @@ def command(
     from robotcore.sweep.statistics import Requirement
 
     bounds = [Requirement.parse(text) for text in requirements]
-    if report:
-        from robotcore.sweep.report import require_writable
-
-        require_writable(report)
+    _require_writable_outputs(report, junit, badge)
     sweep = Sweep(_make_request(**values), backends, worlds, parse_seeds(seeds))
     engine = _make_engine(cluster, jobs, wall_timeout_s, backends)
     results = Results(sweep, out, deletes_old_results=fresh)
-    with redirect_prints(as_json=as_json):
+    app = str(values["app"])
+    with report_error(junit, "sweep", app, line), redirect_prints(as_json=as_json):
         has_verify = preflight(sweep)
         ended_by: Interrupted | RobotcoreError | None = _execute_missing_runs(results, engine, is_quiet=as_json)
-    page = None
-    if report and not ended_by:
+    written: list[str] = []
+    if isinstance(ended_by, RobotcoreError):
+        write_error_suite(junit, "sweep", app, line, ended_by)
+    elif not ended_by:
         try:
-            page = _write_report(results, report, line, bounds)
+            for output in _write_outputs(results, line, bounds, report, junit, badge):
+                written.append(output)  # noqa: PERF402  an error keeps the outputs before it
         except UsageError as error:  # the summary comes first
             ended_by = error
     status = show_sweep(results, bounds, ended_by, as_json=as_json, has_verify=has_verify)
-    if page:
-        write_line(f"The report: {page}", is_error=as_json)
+    for output in written:
+        write_line(output, is_error=as_json)
     return status
 
 
@@ -201,6 +222,37 @@ def _execute_missing_runs(results: Results, engine: Engine, *, is_quiet: bool) -
         finally:
             interrupts.mask()
     return None
+
+
+def _require_writable_outputs(report: Path | None, junit: Path | None, badge: Path | None) -> None:
+    """Raise UsageError, before a long sweep, if an output could not be written."""
+    require_junit_file(junit)
+    if badge:
+        require_writable(badge, BADGE, ".svg")
+    if report:
+        from robotcore.sweep import report as page
+
+        page.require_writable(report)
+
+
+def _write_outputs(
+    results: Results, line: str, bounds: list[Requirement], report: Path | None, junit: Path | None, badge: Path | None
+) -> Iterator[str]:
+    """Write the files that the options name. Yield a line about each."""
+    if report:
+        yield f"The report: {_write_report(results, report, line, bounds)}"
+    if junit:
+        from robotcore.sweep.junit import build_suites
+
+        write_junit(build_suites(results, bounds, line), junit)
+        yield f"The JUnit file: {junit}"
+    if badge:
+        from robotcore.sweep.badge import describe_badge, draw_badge
+        from robotcore.sweep.statistics import group_records
+
+        text = describe_badge(results.sweep.request.app_reference, group_records(results.records()), bounds)
+        save_output(draw_badge(text), badge, BADGE)
+        yield f"The badge: {badge}"
 
 
 def _write_report(results: Results, directory: Path, line: str, bounds: list[Requirement]) -> Path:

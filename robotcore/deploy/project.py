@@ -26,7 +26,7 @@ from robotcore.errors import DescriptionError, UnknownNameError, UsageError
 from robotcore.hal.backend import load_backend
 from robotcore.plugins import app_names
 from robotcore.runtime.apps import app_name, is_app_file, load_app
-from robotcore.runtime.plan import require_rate
+from robotcore.runtime.plan import refuse_lockstep, require_rate
 from robotcore.runtime.settings import configure
 from robotcore.sweep.spec import parse_seeds
 from robotcore.sweep.statistics import Requirement
@@ -80,6 +80,8 @@ class DeployTable(StrictModel):
     """The time before the end of a run that its recording keeps, such as ``10min``; ``all`` for the whole run."""
     view: Annotated[int, Field(ge=MIN_VIEW_PORT, le=MAX_VIEW_PORT)] | None = None
     """The port of the robot's 127.0.0.1 at which the app has its live page; None without a page."""
+    rt: bool = False
+    """Whether the ticks of the app have real-time priority on the robot: see docs/safety.md."""
     seeds: Text = "1-3"
     require: Texts = ()
     extras: Texts = ()
@@ -203,6 +205,8 @@ class DeployOptions:
     """Whether each run on the robot is recorded."""
     record_last: str | None = None
     """The time before the end of a run that its recording keeps, such as ``10min``; ``all`` for the whole run."""
+    is_real_time: bool = False
+    """Whether the ticks of the app have real-time priority, also if the project does not say so."""
     has_view: bool = False
     """Whether the app has a live page, also if the project names no port for it."""
     folder: Path | None = None
@@ -213,6 +217,8 @@ class DeployOptions:
 class Project:
     """A project to deploy: an app, a robot, and how the app runs there.
 
+    >>> from pathlib import Path
+    >>> from robotcore.deploy.project import DeployOptions, build_project
     >>> project = build_project(DeployOptions(app="green-search", robot="rover"), Path("/"))
     >>> project.name, project.load_description().name, project.folder is None
     ('green-search', 'rover', True)
@@ -260,6 +266,8 @@ def build_project(options: DeployOptions, here: Path | None = None) -> Project:
     ``[tool.robotcore]`` and the options name no file, the project has no folder. Its app, robot and world are then
     installed ones.
 
+    >>> from pathlib import Path
+    >>> from robotcore.deploy.project import DeployOptions
     >>> build_project(DeployOptions(app="green-search", robot="rover"), Path("/")).deploy.backend
     'raspberrypi'
 
@@ -318,6 +326,8 @@ def _apply_options(options: DeployOptions, table: DeployTable) -> DeployTable:
     changes: dict[str, Any] = {key: value for key, value in chosen.items() if value is not None}
     changes["settings"] = {**table.settings, **options.settings}
     changes["options"] = {**table.options, **options.options}
+    if options.is_real_time:
+        changes["rt"] = True
     if options.has_view and table.view is None:
         changes["view"] = DEFAULT_VIEW_PORT
     return table.model_copy(update=changes)
@@ -326,6 +336,8 @@ def _apply_options(options: DeployOptions, table: DeployTable) -> DeployTable:
 def _require_valid(project: Project) -> None:
     deploy = project.deploy
     require_rate(deploy.rate_hz)
+    if deploy.rt:
+        refuse_lockstep(load_backend(deploy.backend))
     load_backend(deploy.backend)
     if not is_app_file(project.app):  # a user's file is not imported here, so its settings are not checked
         if app_name(project.app) not in app_names():

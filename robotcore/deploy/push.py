@@ -11,10 +11,10 @@ from collections.abc import Iterator, Sequence
 from contextlib import contextmanager, suppress
 from dataclasses import dataclass, replace
 from datetime import datetime, timezone
-from importlib.metadata import version
 from pathlib import Path
 from tempfile import TemporaryDirectory
 
+from robotcore.compatibility import read_version
 from robotcore.deploy import checks, rsync
 from robotcore.deploy import health_progress as health
 from robotcore.deploy.agent.files import format_bytes, measure_size
@@ -49,6 +49,8 @@ FILES = "files"
 class PushRequest:
     """The project, the robot and the options of a push.
 
+    >>> from pathlib import Path
+    >>> from robotcore.deploy.host import RobotAddress
     >>> from robotcore.deploy.project import DeployOptions, build_project
     >>> project = build_project(DeployOptions(app="green-search", robot="rover"), Path("/"))
     >>> request = PushRequest(RobotAddress.parse("pi@rover.local"), project, is_offline=True)
@@ -80,7 +82,10 @@ def push(request: PushRequest, on_step: OnStep = print) -> str:
     Raises ReleaseCheckError if a check fails, before anything is sent. Raises DeployError if the robot cannot be
     reached or cannot run the project. Raises UnhealthyError if the robot has rolled back the release.
 
+    >>> from pathlib import Path
+    >>> from robotcore.deploy.host import RobotAddress
     >>> from robotcore.deploy.project import DeployOptions, build_project
+    >>> from robotcore.deploy.push import PushRequest
     >>> from robotcore.errors import DeployError
     >>> project = build_project(DeployOptions(app="green-search", robot="rover"), Path("/"))
     >>> try:
@@ -222,7 +227,7 @@ def create_release(project: Project, requirements: tuple[str, ...] = (), check_l
         stop=("stop", "--backend", project.deploy.backend, "--robot", project.robot, *stop_options),
         requirements=requirements,
         checks=check_lines,
-        robotcore=version("robotcore"),
+        robotcore=read_version(),
         revision=_find_revision(project.folder),
         sender=f"{getpass.getuser()}@{platform.node()}",
         is_recorded=project.deploy.record,
@@ -244,6 +249,7 @@ def _build_run_request(project: Project) -> RunRequest:
         settings=project.deploy.settings,
         options=project.deploy.options,
         realtime=True,
+        rt=project.deploy.rt,
     )
 
 

@@ -10,21 +10,16 @@ from pathlib import Path
 from typing import Any
 from urllib.parse import urlsplit
 
+from packaging.markers import Marker
+from packaging.requirements import InvalidRequirement, Requirement
+from packaging.specifiers import SpecifierSet
+from packaging.utils import NormalizedName, canonicalize_name
+
 from robotcore.deploy.project import FILE, Project
 from robotcore.errors import BackendMissingError, UsageError
 from robotcore.hal.backend import load_backend
 from robotcore.plugins import APPS, BACKENDS, DEVICES, load_registered
 from robotcore.runtime.apps import app_name, is_app_file
-
-try:
-    from packaging.markers import Marker
-    from packaging.requirements import InvalidRequirement, Requirement
-    from packaging.specifiers import SpecifierSet
-    from packaging.utils import NormalizedName, canonicalize_name
-except ImportError as error:
-    raise BackendMissingError(
-        "robotcore deploy needs packaging, which is not installed. pip install packaging"
-    ) from error
 
 __all__ = ["ROBOTCORE", "Requirement", "SpecifierSet", "canonicalize_name", "collect_requirements"]
 

@@ -27,6 +27,7 @@ class Light(StrictModel):
     A surface appears in its colour times ``brightness · min(ambient + diffuse · cos(a), 1)``. The angle ``a`` is
     between the surface's normal and the direction to the lamp.
 
+    >>> import math
     >>> light = Light(elevation_rad=math.pi / 2, brightness=0.8)
     >>> [round(each, 1) for each in light.direction]  # the lamp is above the world
     [0.0, 0.0, 1.0]

@@ -29,6 +29,7 @@ AHEAD_RAD = math.pi / 4
 class Mount(StrictModel):
     """The position and the direction of a device in the robot's frame.
 
+    >>> import math
     >>> mount = Mount(x_m=0.14, z_m=0.10, yaw_rad=0.2)
     >>> mount.pose, mount.is_ahead
     (Pose(x=0.14 m, y=0 m, heading=0.2 rad), True)
@@ -80,6 +81,8 @@ class Mount(StrictModel):
 class Ideal:
     """Marks a key of a device that describes an imperfection. `DeviceDescription.idealise` sets the value.
 
+    >>> from typing import Annotated
+    >>> from robotcore.description import DeviceDescription
     >>> class GripperDescription(DeviceDescription):
     ...     play_m: Annotated[float, Ideal(0.0)] = 0.001
     >>> GripperDescription(kind="gripper", name="hand").idealise().play_m

@@ -25,7 +25,9 @@ MAX_IMAGE_BYTES = 2**21
 class FloorImage(StrictModel):
     """A picture on the floor. Its columns run along the world's x axis, and its top is at the greatest y.
 
+    >>> from base64 import b64encode
     >>> import cv2
+    >>> import numpy as np
     >>> _, png = cv2.imencode(".png", np.zeros((10, 20, 3), np.uint8))
     >>> image = FloorImage(file="course.png", length_m=2.0, content=b64encode(png).decode())
     >>> image.width_m

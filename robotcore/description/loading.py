@@ -13,6 +13,7 @@ from pydantic import ValidationError
 
 from robotcore.description.file_reading import read_limited
 from robotcore.description.generation.gaps import require_room
+from robotcore.description.needed_version import KEY, require_version
 from robotcore.description.robot import RobotDescription
 from robotcore.description.types import StrictModel, freeze
 from robotcore.description.validation import (
@@ -173,6 +174,7 @@ def load_any(name_or_file: str) -> RobotDescription | WorldDescription:
     Raises the same errors as `load_robot`.
     """
     file, table = _read(name_or_file, *KINDS)
+    require_version(file, table)
     kind = _find_kind(table)
     if kind is None:
         problem, remedy = "it describes neither a robot nor a world", "Add [body] for a robot, or [floor] for a world"
@@ -181,6 +183,7 @@ def load_any(name_or_file: str) -> RobotDescription | WorldDescription:
 
 
 def _make_robot(file: str, table: Table, own: str | None) -> RobotDescription:
+    table = require_version(file, table)
     _require_kind("robot", file, table)
     if BACKENDS in table:
         problem, remedy = "a backend's section must be a top-level table", "Write [NAME], not [backends.NAME]"
@@ -192,6 +195,7 @@ def _make_robot(file: str, table: Table, own: str | None) -> RobotDescription:
 
 
 def _make_world(file: str, table: Table) -> WorldDescription:
+    table = require_version(file, table)
     _require_kind("world", file, table)
     world = _validate(WorldDescription, file, table, own=file)
     require_room(world, file)
@@ -204,7 +208,7 @@ def _validate(
     try:
         return model.model_validate(table, strict=True, context={"file": own})
     except ValidationError as error:
-        raise DescriptionError.of_all(file, find_mistakes(error, model, table, sections)) from error
+        raise DescriptionError.of_all(file, find_mistakes(error, model, table, (KEY, *sections))) from error
 
 
 def _require_kind(kind: str, file: str, table: Table) -> None:

@@ -42,6 +42,7 @@ class StrictModel(BaseModel):
     the ``description`` of a field's type, which is the form of the value in a file. A validator must raise `Mistake`,
     or a ValueError whose text is the problem, a semicolon and a remedy.
 
+    >>> from robotcore.description.types import Metres
     >>> class Tray(StrictModel):
     ...     depth_m: Metres
     >>> Tray(depth_m=0.02)

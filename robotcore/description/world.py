@@ -128,6 +128,7 @@ class Box(Prism):
 class Cylinder(Prism):
     """An upright cylinder on the floor, modelled as a prism of `CYLINDER_SIDES` sides.
 
+    >>> from robotcore.description.world import CYLINDER_SIDES
     >>> drum = Cylinder(shape="cylinder", name="drum", y_m=1.0, radius_m=0.15, height_m=0.3, colour="grey")
     >>> len(drum.outline) == CYLINDER_SIDES
     True
@@ -211,7 +212,7 @@ class Variation(StrictModel):
 class WorldDescription(StrictModel):
     """The description of a world, and the ranges from which a seed draws its variations.
 
-    >>> from robotcore.description import load_world
+    >>> from robotcore.description import Floor, Walls, load_world
     >>> world = load_world("arena")
     >>> world
     <WorldDescription arena: 4 x 4 m, 6 obstacles, 1 target>

@@ -54,6 +54,7 @@ class SimulationResult:
     >>> from pathlib import Path
     >>> from tempfile import TemporaryDirectory
     >>> from robotcore import RunRequest, run
+    >>> from robotcore.fidelity.fidelity import measure_fidelity
     >>> from robotcore.recording import read
     >>> from robotcore.recording.recorder import Recorder
     >>> with TemporaryDirectory() as folder:
@@ -83,6 +84,7 @@ class Fidelity:
     >>> from pathlib import Path
     >>> from tempfile import TemporaryDirectory
     >>> from robotcore import RunRequest, run
+    >>> from robotcore.fidelity.fidelity import measure_fidelity
     >>> from robotcore.recording import read
     >>> from robotcore.recording.recorder import Recorder
     >>> with TemporaryDirectory() as folder:

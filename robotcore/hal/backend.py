@@ -22,6 +22,7 @@ from robotcore.plugins import BACKENDS, backend_names, load_registered
 
 if TYPE_CHECKING:
     from robotcore.hal.check_finding import Finding
+    from robotcore.hal.loopback import LoopbackRequest, LoopbackTest
     from robotcore.hal.wiring import Wiring
 
 __all__ = ["Backend", "Capability", "ModelExport", "Setup", "load_backend", "loadable_backends"]
@@ -50,6 +51,7 @@ OptionsT = TypeVar("OptionsT", bound=StrictModel)
 class Capability(str, Enum):
     """An ability of a backend's simulator, such as to count contacts.
 
+    >>> from robotcore.hal.backend import load_backend
     >>> sorted(capability.value for capability in load_backend("kinematic").capabilities)
     ['contacts', 'lockstep', 'pose']
     """
@@ -129,6 +131,9 @@ class Setup:
 class Backend(ABC):
     """The base class of backends. A backend opens robots in a simulator, or on a board.
 
+    >>> from robotcore import Robot
+    >>> from robotcore.description import load_robot
+    >>> from robotcore.hal.backend import Setup
     >>> from robotcore.hal.clock import SteppedClock
     >>> class Empty(Backend):
     ...     name, summary = "empty", "opens a robot without devices"
@@ -270,6 +275,15 @@ class Backend(ABC):
         Raises DescriptionError for mistakes in the section.
         """
         return None
+
+    def plan_loopback(self, request: LoopbackRequest) -> LoopbackTest:
+        """Return the test of this machine's pins by wires between them, for `robotcore doctor --loopback`.
+
+        Raises UsageError if the backend has no such test, or if the request cannot be tested, and BackendError if this
+        machine has no pins that can be used.
+        """
+        text = f"the backend {self.name!r} has no pins to connect. Use --backend raspberrypi on a Raspberry Pi"
+        raise UsageError(text, kind="no-loopback", backend=self.name)
 
     @property
     def is_native_host(self) -> bool:

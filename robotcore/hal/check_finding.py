@@ -10,6 +10,7 @@ from enum import Enum
 class Level(str, Enum):
     """The level of a finding.
 
+    >>> from robotcore.hal.check_finding import Finding
     >>> Finding.error("disk", "it is full", "Delete old recordings", kind="disk-full").level is Level.ERROR
     True
     """
@@ -78,6 +79,7 @@ def findings_of(checks: Iterable[tuple[str, Check]]) -> Iterator[Finding]:
 
     checks: pairs of a subject and a check. If a check raises an exception, `Finding.unchecked` is yielded.
 
+    >>> from robotcore.hal.check_finding import Finding
     >>> def disk() -> list[Finding]:
     ...     raise OSError("the disk does not answer")
     >>> [finding.message for finding in findings_of([("disk", disk)])]

@@ -16,6 +16,7 @@ __all__ = ["Clock", "PeriodicTask", "SteppedClock"]
 class PeriodicTask(ABC):
     """The repeated calls that `Clock.call_every` has started.
 
+    >>> from robotcore.hal.clock import SteppedClock
     >>> clock, calls = SteppedClock(20, lambda steps: None), []
     >>> task = clock.call_every(0.1, lambda: calls.append(clock.now()), name="poll")
     >>> clock.sleep_until(0.2)
@@ -64,6 +65,7 @@ Callback = Callable[[], None]
 class Clock(ABC):
     """The interface of a robot's clock. Its time is in seconds since the robot was opened.
 
+    >>> from robotcore.hal.clock import SteppedClock
     >>> clock: Clock = SteppedClock(20, lambda steps: None)
     >>> clock.call_at(0.1, lambda: print("a call at", clock.now()))
     >>> clock.sleep_until(0.5)

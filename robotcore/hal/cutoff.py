@@ -125,6 +125,7 @@ def merge_cutoffs(specs: Iterable[CutoffSpec]) -> tuple[CutoffSpec, ...]:
 
     specs: the specifications of all motors.
 
+    >>> from robotcore.hal.cutoff import CutoffSpec
     >>> parameters = {"line": 22}
     >>> motors = ("left_motor", "right_motor")
     >>> [one] = merge_cutoffs(CutoffSpec(motor, "my_board:Enable", parameters) for motor in motors)

@@ -88,6 +88,7 @@ class Sample(Protocol):
 class Unit:
     """The unit of a field of a sample or a command, as an annotation: ``voltage: Annotated[float, Unit("V")]``.
 
+    >>> from robotcore.hal.device import list_values
     >>> from robotcore.kinds.range_sensor import Range
     >>> list_values(Range)
     (Value(field='distance', unit='m'),)
@@ -126,6 +127,7 @@ class Device:
     ``mount`` is the present pose of a mounted device on the robot in the plane. A run sets it from the robot's
     description. A device on a servo turns with it.
 
+    >>> from robotcore import Pose
     >>> device = Device("nose")
     >>> device.mount = Pose(0.14, 0.0, 0.0)
     >>> device.mount.x
@@ -201,6 +203,7 @@ class Rays(NamedTuple):
 class Sensor(Device, ABC, Generic[SampleT]):
     """The base class of sensors, which return samples.
 
+    >>> from robotcore.errors import DeviceClosedError
     >>> from robotcore.kinds.range_sensor import Range
     >>> class Constant(Sensor[Range]):
     ...     kind = "range_sensor"

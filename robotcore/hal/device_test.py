@@ -68,6 +68,7 @@ A command is a share of the range: 0 is the least angle, 1 the greatest, and oth
 class Question:
     """A question about a device. A person answers it, or the truth of a simulator.
 
+    >>> from robotcore.hal.device_test import YES_OR_NO
     >>> question = Question("tone", "Does horn play a tone now?", YES_OR_NO)
     >>> question.choices["y"]
     'yes'
@@ -91,6 +92,7 @@ class DeviceTest(ABC):
 
     A test lets time pass only by `run` and the methods that call it. Between these calls, all motors stand.
 
+    >>> from robotcore.hal.device_test import YES_OR_NO, Question
     >>> def test_lamps(test: DeviceTest, lamps) -> None:  # `test_devices` of a Kind
     ...     for lamp in lamps:
     ...         test.repeat(lambda: test.robot[lamp.name].set_brightness(1.0), seconds=0.5)

@@ -120,6 +120,7 @@ class DifferentialDrive:
 class WheelPath(NamedTuple):
     """The angles of the two wheels, and how the wheels came to them since the last reading.
 
+    >>> from robotcore.geometry import Wheels
     >>> WheelPath(Wheels(left=1.0, right=3.0), between=(Wheels(1.0, 1.0),)).angles.right
     3.0
     """
@@ -140,6 +141,8 @@ class Odometry:
     geometry: the radius of the wheels and the track.
     read_path: returns the path of the wheels since its last call.
 
+    >>> from robotcore.geometry import DifferentialGeometry, Wheels
+    >>> from robotcore.hal.drive import WheelPath
     >>> path = WheelPath(Wheels(1.0, 3.0), between=(Wheels(1.0, 1.0),))  # straight on, and then to the left
     >>> Odometry(DifferentialGeometry(wheel_radius=0.05, track=0.2), lambda: path).pose()
     Pose(x=0.0979 m, y=0.0122 m, heading=0.5 rad)

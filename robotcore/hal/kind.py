@@ -176,6 +176,7 @@ def is_monitored(description: DeviceDescription) -> bool:
 def assert_refused(actuator: Actuator[Any], *commands: Any) -> None:
     """Check that an actuator refuses commands without a meaning, such as NaN. For the rules of a kind.
 
+    >>> from robotcore.hal.kind import build_actuator
     >>> from robotcore.kinds.servo import ServoDescription
     >>> limits = {"min_angle_rad": -1.5, "max_angle_rad": 1.5, "max_velocity_rad_s": 5.0}
     >>> servo = build_actuator(ServoDescription(kind="servo", name="pan", **limits), lambda rad: None)
@@ -199,6 +200,7 @@ def assert_limited(actuator: Actuator[Any], limited: Mapping[Any, Any]) -> None:
 
     limited: the command that the actuator must send for each command.
 
+    >>> from robotcore.hal.kind import build_actuator
     >>> from robotcore.kinds.servo import ServoDescription
     >>> limits = {"min_angle_rad": -1.5, "max_angle_rad": 1.5, "max_velocity_rad_s": 5.0}
     >>> servo = build_actuator(ServoDescription(kind="servo", name="pan", **limits), lambda rad: None)

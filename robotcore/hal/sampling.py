@@ -74,6 +74,7 @@ class DelayedSamples(Generic[SampleT]):
         then takes `REAL_TIME_HZ` samples in a second.
     name: the name of the thread that measures in real time.
 
+    >>> from robotcore.hal.clock import SteppedClock
     >>> clock = SteppedClock(20, lambda steps: None)
     >>> read = DelayedSamples(clock, lambda time, sequence: lambda: (time, sequence), latency_s=0.1, rate_hz=10)
     >>> [read() for _ in range(7) if clock.sleep_until(clock.now() + 0.05)]
@@ -168,6 +169,8 @@ def delay_samples(
     description: the description of the sensor.
     capture: measures, see `Capture`.
 
+    >>> from robotcore.description import SensorDescription
+    >>> from robotcore.hal.clock import SteppedClock
     >>> from robotcore.kinds.encoder import Angle
     >>> clock = SteppedClock(20, lambda steps: None)
     >>> late = SensorDescription(kind="encoder", name="wheel", latency_s=0.1)

@@ -29,6 +29,8 @@ class SimulationState:
 
     An app's `verify` gets a `Truth`.
 
+    >>> import numpy as np
+    >>> from robotcore import Pose, Twist
     >>> from robotcore.description import load_robot, load_world
     >>> from robotcore.hal.clock import SteppedClock
     >>> state = SimulationState(

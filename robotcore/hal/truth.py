@@ -26,6 +26,7 @@ RELEASE_M = 0.001
 class TruthSource(Protocol):
     """The methods by which a simulator reports the true state of its robot.
 
+    >>> from robotcore import Pose, Truth, Twist
     >>> from robotcore.description import load_robot, load_world
     >>> class Standing:
     ...     def pose(self):

@@ -27,6 +27,9 @@ read_timer = time.perf_counter
 STOPPING_S = 1.0
 """The longest time, in seconds, that `ThreadedTask.stop` waits for a running call."""
 
+_read_used_time = getattr(time, "thread_time", time.process_time)
+"""Returns the processor time of the thread. A Python without threads has only the equal time of its process."""
+
 
 class ThreadedTask(PeriodicTask):
     """A periodic task in its own thread. If a call takes longer than the period, the next call follows at once."""
@@ -51,7 +54,7 @@ class ThreadedTask(PeriodicTask):
 
 def read_idle_time() -> float:
     """Return the time in seconds, from an arbitrary start, in which the calling thread did not use a processor."""
-    return time.monotonic() - time.thread_time()
+    return time.monotonic() - _read_used_time()
 
 
 def read_queue_time() -> float:

@@ -24,6 +24,7 @@ class PadKind(str, Enum):
 class Pad:
     """A pad of a board's connector.
 
+    >>> from robotcore.hardware import PadKind
     >>> Pad(number=11, name="GPIO 17", kind=PadKind.SIGNAL).name
     'GPIO 17'
     """
@@ -59,6 +60,7 @@ class Wire:
 class Wiring:
     """All wires between a robot's devices and its board.
 
+    >>> from robotcore.hardware import Pad, PadKind, Wire
     >>> pads = [Pad(1, "3.3 V", PadKind.POWER), Pad(2, "5 V", PadKind.POWER)]
     >>> wiring = Wiring(pads, [Wire("nose", "range sensor, hc-sr04", "supply", "5 V", pads=(2,))], notes=[])
     >>> [(wire.device, wire.signal, wire.where) for wire in wiring.wires]

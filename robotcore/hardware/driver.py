@@ -135,6 +135,7 @@ class DeviceDriver(StrictModel, ABC):
     backend's section, without the key ``driver``.
 
     >>> from robotcore.hal.kind import build_sensor
+    >>> from robotcore.hardware import Connection
     >>> from robotcore.kinds.button import ButtonDescription, Press
     >>> class Doorbell(DeviceDriver):
     ...     name = "doorbell"

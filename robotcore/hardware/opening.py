@@ -46,9 +46,10 @@ def open_robot(
     Raises the errors of `open_devices`.
 
     >>> from robotcore.description import load_robot
+    >>> from robotcore.hal.backend import Setup
     >>> from robotcore.hal.clock import SteppedClock
     >>> from robotcore.hal.kind import build_sensor
-    >>> from robotcore.hardware import DeviceDriver
+    >>> from robotcore.hardware import DeviceBinding, DeviceDriver
     >>> from robotcore.kinds.range_sensor import Range, RangeSensorDescription
     >>> class Still(DeviceDriver):
     ...     name, summary, described = "still", "a sensor that always measures 0.5 m", RangeSensorDescription
@@ -95,7 +96,7 @@ def open_devices(bindings: Iterable[DeviceBinding], context: DeviceContext, open
     >>> from robotcore.description import load_robot
     >>> from robotcore.hal.clock import SteppedClock
     >>> from robotcore.hal.kind import build_sensor
-    >>> from robotcore.hardware import DeviceDriver
+    >>> from robotcore.hardware import DeviceBinding, DeviceContext, DeviceDriver
     >>> from robotcore.kinds.range_sensor import Range, RangeSensorDescription
     >>> class Still(DeviceDriver):
     ...     name, summary, described = "still", "a sensor that always measures 0.5 m", RangeSensorDescription

@@ -71,6 +71,7 @@ class RangeSampler:
     distance ``inf``, which means that nothing is in range.
 
     >>> from robotcore.description import load_robot
+    >>> from robotcore.kinds.range_sensor import RangeSensorDescription
     >>> (nose,) = load_robot("rover").all_of(RangeSensorDescription)
     >>> sampler = RangeSampler(nose, echo_free_cycles=2)
     >>> sampler.add_distance(0.5, time=0.0)
@@ -145,6 +146,7 @@ class PolledRangeSensor(RangeSensor):
     sampler: converts the measurements to samples.
 
     >>> from robotcore.description import load_robot
+    >>> from robotcore.hardware import RangeSampler
     >>> class Sonar(PolledRangeSensor):
     ...     def _start(self):
     ...         self._opened.callback(print, "the hardware has stopped")

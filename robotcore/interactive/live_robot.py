@@ -49,9 +49,17 @@ class LiveRobot(Robot):
 
     >>> import robotcore
     >>> with robotcore.open("rover", world="open") as robot:
-    ...     robot.wait(1.0)
+    ...     robot.wait(1.0)  # seconds
     ...     robot.clock.now()
+    ...     robot.range.read()
+    ...     pose = robot.drive.straight(0.5)  # metres
+    ...     pose = robot.run(robotcore.turn(robot, 1.5))  # a routine
+    ...     robot.ground_truth.contacts
     1.0
+    Range nothing in range at 1.00 s
+    0
+    >>> robot.result.outcome.value
+    'success'
     """
 
     def __init__(

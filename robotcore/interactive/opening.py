@@ -101,7 +101,10 @@ def open(  # noqa: A001  users write robotcore.open
     >>> import robotcore
     >>> with robotcore.open("rover", world="arena") as robot:
     ...     print(robot.range.read())
+    ...     pose = robot.drive.turn(1.5)  # radians to the left
+    ...     robot.ground_truth.contacts
     Range 0.46 m at 0.00 s
+    0
     """
     specifications = (faults,) if isinstance(faults, str) else tuple(faults)
     try:

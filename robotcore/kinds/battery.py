@@ -53,6 +53,7 @@ class Battery(Sensor[Voltage]):
     A run warns below ``warn_below`` volts, a limit that the run sets from the robot's description.
 
     >>> from robotcore.hal.kind import build_sensor
+    >>> from robotcore.kinds.battery import BatteryDescription, Voltage
     >>> description = BatteryDescription(kind="battery", name="battery", warn_below_v=6.6)
     >>> battery = build_sensor(description, lambda: Voltage(6.4, 1.25, 1))
     >>> description.configure(battery)

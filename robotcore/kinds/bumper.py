@@ -22,6 +22,7 @@ __all__ = ["KIND", "Bumper", "BumperDescription", "Touch"]
 class BumperDescription(SensorDescription):
     """A bumper, which detects contacts in a sector of directions.
 
+    >>> import math
     >>> left = {"direction_rad": math.pi / 4, "width_rad": math.pi / 2}
     >>> BumperDescription(kind="bumper", name="left_bumper", **left).arguments()["direction"] > 0
     True

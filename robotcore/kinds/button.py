@@ -45,6 +45,7 @@ class Button(Sensor[Press]):
     """A button that a person presses, such as one that starts the robot.
 
     >>> from robotcore.hal.kind import build_sensor
+    >>> from robotcore.kinds.button import ButtonDescription, Press
     >>> start = build_sensor(ButtonDescription(kind="button", name="start"), lambda: Press(True, 1.25, 25))
     >>> start.read().is_pressed
     True

@@ -48,6 +48,7 @@ class Buzzer(Actuator[float], ABC):
     ``max_frequency`` is the frequency of the highest tone, in Hz.
 
     >>> from robotcore.hal.kind import build_actuator
+    >>> from robotcore.kinds.buzzer import BuzzerDescription
     >>> played = []
     >>> buzzer = build_actuator(BuzzerDescription(kind="buzzer", name="horn"), played.append)
     >>> buzzer.play(440.0), buzzer.play(90_000.0)

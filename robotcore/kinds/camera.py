@@ -30,6 +30,7 @@ Pixel = Annotated[float, Field(ge=0, le=4096)]
 class CameraDescription(SensorDescription):
     """A camera, which simulators model as a pinhole camera with a lens.
 
+    >>> from robotcore.description import Mount
     >>> eye = CameraDescription(
     ...     kind="camera", name="eye", mount=Mount(z_m=0.1), width_px=320, height_px=240, horizontal_fov_rad=1.08
     ... )
@@ -86,6 +87,7 @@ class CameraDescription(SensorDescription):
 class Frame:
     """A sample of a camera.
 
+    >>> import numpy as np
     >>> frame = Frame(np.zeros((120, 160, 3), np.uint8), time=1.25, sequence=25)
     >>> frame
     <Frame 160x120 at 1.25 s>
@@ -130,6 +132,7 @@ class Camera(Sensor[Frame]):
     name: the name of the camera, as in the robot's file.
     intrinsics: the pinhole model, with which a pixel becomes a direction.
 
+    >>> import numpy as np
     >>> from robotcore.testing import MockRobot
     >>> camera = MockRobot(camera=np.zeros((240, 320, 3), np.uint8)).layered.camera
     >>> frame = camera.read()

@@ -29,6 +29,7 @@ class DisplayDescription(DeviceDescription):
 class Display(Actuator[Image], ABC):
     """A device that shows the pictures of an app. An app shows on the first display by ``robot.display.show``.
 
+    >>> import numpy as np
     >>> from robotcore.testing import MockRobot
     >>> mock = MockRobot("rover")
     >>> mock.layered.display.show(np.zeros((120, 160, 3), np.uint8))

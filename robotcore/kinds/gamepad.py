@@ -93,6 +93,7 @@ class GamepadDescription(DeviceDescription):
 class GamepadSample:
     """A sample of a gamepad. The buttons are named by their place, because each maker prints other signs on them.
 
+    >>> from dataclasses import fields
     >>> at_rest = dict.fromkeys((field.name for field in fields(GamepadSample)), False)
     >>> GamepadSample(**{**at_rest, "left_y": 0.5, "south": True, "time": 1.25, "sequence": 25})
     GamepadSample left_y 0.50, south at 1.25 s
@@ -159,6 +160,7 @@ class Gamepad(Sensor[GamepadSample]):
     """A gamepad, with which a person drives a robot.
 
     >>> from robotcore.hal.kind import build_sensor
+    >>> from robotcore.kinds.gamepad import AXES, BUTTONS, TRIGGERS, GamepadDescription, GamepadSample
     >>> values = {**dict.fromkeys((*AXES, *TRIGGERS), 0.0), **dict.fromkeys(BUTTONS, False), "left_y": 0.5}
     >>> pad = build_sensor(
     ...     GamepadDescription(kind="gamepad", name="pad"), lambda: GamepadSample(**values, time=0.0, sequence=0)

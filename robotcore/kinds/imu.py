@@ -69,6 +69,7 @@ class Imu(Sensor[ImuSample]):
     """A sensor that measures the turn rate, the acceleration and the heading.
 
     >>> from robotcore.hal.kind import build_sensor
+    >>> from robotcore.kinds.imu import ImuDescription, ImuSample
     >>> description = ImuDescription(kind="imu", name="imu")
     >>> imu = build_sensor(description, lambda: ImuSample(0.5, 0.0, 0.1, heading=1.57, time=1.25, sequence=25))
     >>> imu.read().yaw_rate, imu.read().heading

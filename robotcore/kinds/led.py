@@ -45,6 +45,7 @@ class Led(Actuator[Brightness], ABC):
     ``is_rgb`` is whether it has red, green and blue.
 
     >>> from robotcore.hal.kind import build_actuator
+    >>> from robotcore.kinds.led import LedDescription
     >>> shown = []
     >>> led = build_actuator(LedDescription(kind="led", name="lamp"), shown.append)
     >>> led.set_brightness(0.5), led.set_colour(2.0, 0.0, 0.0)

@@ -52,6 +52,8 @@ Bearing = Annotated[float, Field(ge=-math.tau, le=math.tau)]
 class LidarDescription(SensorDescription):
     """A lidar with horizontal rays. The direction of the mount is that of the bearing 0.
 
+    >>> import math
+    >>> from robotcore.description import Mount
     >>> lidar = LidarDescription(
     ...     kind="lidar", name="scanner", mount=Mount(z_m=0.12), min_range_m=0.1, max_range_m=8.0, count=4
     ... )
@@ -120,6 +122,7 @@ class LidarDescription(SensorDescription):
 class Scan:
     """A sample of a lidar: one distance for each ray.
 
+    >>> import math
     >>> scan = Scan(distances=(0.8, math.inf, 1.2), time=1.25, sequence=12)
     >>> scan
     Scan nearest 0.80 m, 2 of 3 rays with an echo at 1.25 s
@@ -180,7 +183,10 @@ class Lidar(Sensor[Scan]):
 
     ``mount`` is the lidar's pose on the robot in the plane. A run sets it from the robot's description.
 
+    >>> import math
+    >>> from robotcore.description import Mount
     >>> from robotcore.hal.kind import build_sensor
+    >>> from robotcore.kinds.lidar import LidarDescription, Scan
     >>> lidar = LidarDescription(
     ...     kind="lidar", name="scanner", mount=Mount(z_m=0.1), min_range_m=0.1, max_range_m=8.0, count=4
     ... )

@@ -27,6 +27,7 @@ THRESHOLD = 0.5
 class LineSensorDescription(SensorDescription):
     """A row of reflectance sensors across the robot. The mount is the middle of the row.
 
+    >>> from robotcore.description import Mount
     >>> row = LineSensorDescription(kind="line_sensor", name="row", mount=Mount(z_m=0.01), count=5, spacing_m=0.016)
     >>> row.arguments()
     {'count': 5, 'spacing': 0.016}
@@ -69,7 +70,9 @@ class LineSensor(Sensor[Darkness]):
 
     ``mount`` is the middle of the row on the robot in the plane. A run sets it from the robot's description.
 
+    >>> from robotcore.description import Mount
     >>> from robotcore.hal.kind import build_sensor
+    >>> from robotcore.kinds.line_sensor import Darkness, LineSensorDescription
     >>> row = LineSensorDescription(kind="line_sensor", name="row", mount=Mount(z_m=0.01), count=3, spacing_m=0.01)
     >>> build_sensor(row, lambda: Darkness((1.0, 0.2, 0.0), 0.0, 0)).read_position()
     0.01

@@ -136,6 +136,7 @@ class Motor(Actuator[float], ABC):
     max_velocity: the greatest velocity in rad/s, forward and backward.
 
     >>> from robotcore.hal.kind import build_actuator
+    >>> from robotcore.kinds.motor import MotorDescription
     >>> sent = []
     >>> arm = build_actuator(MotorDescription(kind="motor", name="arm", max_velocity_rad_s=10.0), sent.append)
     >>> arm.set_velocity(3.0), arm.set_velocity(99.0)  # rad/s; a greater velocity is limited

@@ -77,6 +77,7 @@ class Operator(Sensor[OperatorSample]):
     """The person who drives a robot.
 
     >>> from robotcore.hal.kind import build_sensor
+    >>> from robotcore.kinds.operator import OperatorDescription, OperatorSample
     >>> description = OperatorDescription(kind="operator", name="operator")
     >>> build_sensor(description, lambda: OperatorSample(True, False, 0.2, 0.5, (), 1.0, 0)).read()
     OperatorSample 0.20 m/s, 0.50 rad/s at 1.00 s

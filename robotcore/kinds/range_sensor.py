@@ -41,6 +41,7 @@ ALL_LOST = 0.999
 class RangeSensorDescription(SensorDescription):
     """A sensor that measures the distance to the nearest body in a cone.
 
+    >>> from robotcore.description import Mount
     >>> nose = RangeSensorDescription(
     ...     kind="range_sensor", name="nose", mount=Mount(x_m=0.14, z_m=0.1), min_range_m=0.02, max_range_m=2.0,
     ...     cone_rad=0.52, loss=0.1,
@@ -131,6 +132,7 @@ class RangeSensor(Sensor[Range]):
 
     ``mount`` is the sensor's pose on the robot in the plane. A run sets it from the robot's description.
 
+    >>> import math
     >>> from robotcore.testing import MockRobot
     >>> mock = MockRobot(range=[0.84, math.inf])  # one distance a tick, in metres
     >>> sensor = mock.layered.range

@@ -66,6 +66,7 @@ class Servo(Actuator[float], ABC):
     nearest to 0.
 
     >>> from robotcore.hal.kind import build_actuator
+    >>> from robotcore.kinds.servo import ServoDescription
     >>> limits = {"min_angle_rad": -1.5, "max_angle_rad": 1.5, "max_velocity_rad_s": 5.0}
     >>> servo = build_actuator(ServoDescription(kind="servo", name="pan", **limits), lambda rad: None)
     >>> servo.angle, servo.set_angle(0.5), servo.set_angle(9.0), servo.angle

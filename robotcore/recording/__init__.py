@@ -44,6 +44,7 @@ def read(path: Path) -> Recording:
     Raises BackendMissingError if the extra ``record`` is not installed, and RecordingError if the file is not a
     recording.
 
+    >>> from pathlib import Path
     >>> from tempfile import TemporaryDirectory
     >>> from robotcore import RunRequest, run
     >>> from robotcore.recording.recorder import Recorder

@@ -127,6 +127,7 @@ class ShownPicture:
 class DriveCommand:
     """A command of the app to the drive, with the allowed velocities or the raised error.
 
+    >>> from robotcore.geometry import Wheels
     >>> command = DriveCommand(asked=Wheels(9.0, 9.0), given=Wheels(3.0, 3.0))
     >>> command.given != command.asked  # the safety stage has changed it
     True
@@ -171,6 +172,8 @@ class ActuatorCommand:
 class WheelAngles:
     """The wheel angles that the odometry read, or the raised error.
 
+    >>> from robotcore.geometry import Wheels
+    >>> from robotcore.hal.drive import WheelPath
     >>> WheelAngles.from_path(WheelPath(Wheels(1.0, 3.0)), error=None).path.angles
     Wheels(left=1, right=3)
     """
@@ -195,6 +198,8 @@ class WheelAngles:
 class Tick:
     """One tick: the inputs and the decisions of the app. The events of each kind are in the order of time.
 
+    >>> from robotcore.geometry import Wheels
+    >>> from robotcore.recording import Read
     >>> tick = Tick(number=25, time=1.25, state="search", reads=(Read("nose", 25, 1.25, 24),), asked=Wheels(3.0, 3.0))
     >>> [read.device for read in tick.reads], tick.asked
     (['nose'], Wheels(left=3, right=3))
@@ -233,6 +238,7 @@ class Tick:
 class GroundTruthSample:
     """The ground truth of a simulator after a tick. A replay does not use it.
 
+    >>> from robotcore import Pose
     >>> GroundTruthSample(tick=25, time=1.25, pose=Pose(0.5, 0.0, 0.1), contacts=0).pose
     Pose(x=0.5 m, y=0 m, heading=0.1 rad)
     """

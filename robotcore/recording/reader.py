@@ -9,6 +9,7 @@ from typing import NamedTuple
 
 from mcap.records import Channel, Schema
 
+from robotcore.compatibility import PACKAGE, is_newer
 from robotcore.errors import RecordingError
 from robotcore.hal.device import Sample
 from robotcore.hal.kind import Kind, load_kind
@@ -32,6 +33,7 @@ from robotcore.recording.validation import (
     parse_tick,
 )
 from robotcore.runtime.result import RunResult
+from robotcore.text import escape
 
 CACHED_CHUNKS = 2
 """The number of unpacked chunks in memory. Two are enough to read all pictures in order."""
@@ -114,7 +116,7 @@ def read_file(path: Path) -> Recording:
         remedy = "Install the package of this kind"
         raise RecordingError(path, str(error), remedy, kind="recording-kind", name=error.name) from error
     except DAMAGE as error:
-        return builder.build(is_whole=False, damage=format_damage(at, error))
+        return builder.build(is_whole=False, damage=format_damage(at, error) + builder.describe_newer_version())
     return builder.build(is_whole=file.is_whole, damage=file.damage)
 
 
@@ -201,6 +203,11 @@ class _RecordingBuilder:
         if len(self._logged_names) > MAX_NAMES:
             raise ValueError(f"the run has logged more than {MAX_NAMES} names")
         self._logged.setdefault(message.tick, {})[name] = LoggedValue(message.value, message.unit)
+
+    def describe_newer_version(self) -> str:
+        """Return a clause that names the robotcore that wrote the file if it is newer than this one, else ``""``."""
+        written = self._metadata.platform.get(PACKAGE, "") if self._metadata else ""
+        return f"; the newer robotcore {escape(written)} wrote the file" if is_newer(written) else ""
 
     def build(self, *, is_whole: bool, damage: str) -> Recording:
         """Return the recording. Raises RecordingError if the file has no metadata of a run."""

@@ -108,6 +108,7 @@ class Recorder:
     last_s: the time before the end of the run that the recording keeps, in seconds; None for the whole run.
     room: the size of the queue in bytes.
 
+    >>> from pathlib import Path
     >>> from tempfile import TemporaryDirectory
     >>> from robotcore import RunRequest, run
     >>> from robotcore.recording import read

@@ -7,9 +7,9 @@ from collections.abc import Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, field, fields, is_dataclass
 from datetime import datetime, timezone
-from importlib.metadata import version
 from typing import Any
 
+from robotcore.compatibility import PACKAGE, read_version
 from robotcore.description import RobotDescription, WorldDescription
 from robotcore.hal.device import Sample
 from robotcore.hal.value_log import LoggedValue
@@ -150,7 +150,7 @@ def _read_settings(behaviour: Behaviour) -> dict[str, Any]:
 def read_platform(backend: str) -> dict[str, str]:
     """Return the names of this machine and system, and the versions of the libraries of a backend."""
     machine = {"machine": platform.machine(), "system": platform.system(), "libc": " ".join(platform.libc_ver())}
-    return {"robotcore": version("robotcore"), **machine, **libraries([backend])}
+    return {PACKAGE: read_version(), **machine, **libraries([backend])}
 
 
 def read_app_source(app: str) -> str | None:

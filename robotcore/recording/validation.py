@@ -14,6 +14,7 @@ from typing import Any, get_type_hints
 
 from pydantic import BaseModel, ValidationError, create_model
 
+from robotcore.compatibility import PACKAGE, is_newer, read_version
 from robotcore.errors import BackendError, DeviceError, Interrupted, RobotcoreError, SafetyStop, UsageError
 from robotcore.hal.device import Sample, list_values
 from robotcore.hal.kind import Kind
@@ -43,12 +44,22 @@ _BATTERY_KEYS = {"lowest_v", "last_v"}
 
 
 @dataclass
-class _Format:
+class _Origin:
+    """The parts of the metadata that every version of robotcore can read."""
+
     format: Any = FORMAT
+    platform: Any = None
+
+    @property
+    def newer_version(self) -> str:
+        """The version of the robotcore that wrote the file if it is newer than this one, else ``""``."""
+        platform = self.platform if isinstance(self.platform, dict) else {}
+        written = escape(str(platform.get(PACKAGE, ""))[:_FORMAT_LENGTH])
+        return written if is_newer(written) else ""
 
 
 class UnknownFormatError(ValueError):
-    """The recording has a file format that this version of robotcore cannot read."""
+    """The recording has a file format, or was written by a newer robotcore, that this version cannot read."""
 
 
 class MissingKindError(ValueError):
@@ -68,14 +79,18 @@ def parse_metadata(content: bytes) -> Metadata:
     Raises UnknownFormatError if a later version of robotcore wrote them, and MissingKindError if a kind of the robot's
     devices is not installed.
     """
-    written = from_json(_Format, content).format
-    if written != FORMAT:
-        raise UnknownFormatError(
-            f"the file has format {escape(repr(written)[:_FORMAT_LENGTH])}, and this robotcore reads only {FORMAT}"
-        )
+    origin = from_json(_Origin, content)
+    if origin.format != FORMAT:
+        written = escape(repr(origin.format)[:_FORMAT_LENGTH])
+        by = f", of robotcore {origin.newer_version}" if origin.newer_version else ""
+        text = f"the file has format {written}{by}, and this robotcore {read_version()} reads only {FORMAT}"
+        raise UnknownFormatError(text)
     try:
         metadata = from_json(Metadata, content)
     except ValidationError as error:
+        if newer := origin.newer_version:
+            text = f"robotcore {newer} wrote the file, and this robotcore {read_version()} cannot read it"
+            raise UnknownFormatError(text) from error
         if kind := _find_missing_kind(error):
             raise MissingKindError(kind) from error
         raise

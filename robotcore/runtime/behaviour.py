@@ -42,6 +42,7 @@ class Status(Enum):
 class Stopping(NamedTuple):
     """How an app stops in front of obstacles.
 
+    >>> from robotcore import Behaviour
     >>> class Careful(Behaviour):
     ...     @property
     ...     def stopping(self):
@@ -69,7 +70,7 @@ class Behaviour:
     An app with ``step``, on scripted distances:
 
     >>> from dataclasses import dataclass
-    >>> from robotcore import Role
+    >>> from robotcore import Role, Status
     >>> from robotcore.testing import MockRobot
     >>> @dataclass
     ... class Reflex(Behaviour):

@@ -29,7 +29,7 @@ class RunContext:
     An observer must not read devices, because a read changes the run. The attribute ``latest`` of a sensor is the last
     sample that the app read.
 
-    >>> from robotcore import run
+    >>> from robotcore import RunRequest, run
     >>> class Place:
     ...     def begin(self, run: RunContext) -> None:
     ...         print(run.robot.name, run.world.name, run.truth.contacts)
@@ -68,7 +68,7 @@ class RunContext:
 class Observer(Protocol):
     """The interface of observers. A run calls its methods at the beginning, after each tick, and at the end.
 
-    >>> from robotcore import run
+    >>> from robotcore import RunRequest, run
     >>> class Speeds:
     ...     def begin(self, run):
     ...         self.sent = []

@@ -30,6 +30,7 @@ from robotcore.runtime.request import RunRequest as RunRequest  # noqa: PLC0414 
 from robotcore.runtime.settings import configure, list_changes
 from robotcore.runtime.success_verification import load_judge
 from robotcore.safety.range_guard import compute_stopping_distance
+from robotcore.safety.real_time import require_real_time
 
 __all__ = ["Plan"]
 
@@ -44,6 +45,7 @@ class Plan:
     Its request names the app, also if the user's request has a class or an instance. It has the settings of
     an instance.
 
+    >>> from robotcore import RunRequest
     >>> plan = Plan.resolve(RunRequest("green-search", seed=7))
     >>> plan
     Plan(app='green-search', backend='kinematic', robot='rover', world='arena', seed=7)
@@ -111,6 +113,9 @@ class Plan:
         if behaviour.turns_on_spot:
             require_turn_on_spot(description)
         _require_window(request, backend)
+        if request.rt:
+            require_real_time()
+            refuse_lockstep(backend)
         builds_world = backend.builds_world(description)
         _require_randomisable(request, backend, builds_world=builds_world)
         world, drawn = _load_world(request, description, builds_world=builds_world)
@@ -187,6 +192,17 @@ def _require_window(request: RunRequest, backend: Backend) -> None:
             f"or use --backend {' or '.join(others)}",
             kind="no-window",
             backends=others,
+        )
+
+
+def refuse_lockstep(backend: Backend) -> None:
+    """Raise UsageError if real-time priority has no effect on a backend."""
+    if Capability.LOCKSTEP in backend.capabilities:
+        raise UsageError(
+            f"--rt has no effect on the backend {backend.name!r}, because its time waits for each tick. Leave --rt "
+            "out, or run on a real robot",
+            kind="rt-without-real-time",
+            backend=backend.name,
         )
 
 

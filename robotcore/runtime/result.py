@@ -15,6 +15,7 @@ __all__ = ["Outcome", "RunResult"]
 class Outcome(str, Enum):
     """How a run ended, before its verification.
 
+    >>> from robotcore import RunResult
     >>> result = RunResult("green-search", "kinematic", "rover", "arena", 7, Outcome.TIMEOUT, exit_status=1)
     >>> result.outcome is Outcome.TIMEOUT, result.outcome.value
     (True, 'timeout')
@@ -44,12 +45,14 @@ class WrittenNote(str):
 class RunResult:
     """The result of one run. A value that the backend cannot measure is None.
 
-    >>> from robotcore import RunRequest, run
+    >>> from robotcore import Outcome, RunRequest, run
     >>> result = run(RunRequest("avoid-obstacles", settings={"duration_s": 1.0}))
     >>> result
     RunResult(avoid-obstacles on kinematic: success, 21 ticks, 1.0 s)
-    >>> result.outcome is Outcome.SUCCESS, result.exit_status
-    (True, 0)
+    >>> result.outcome is Outcome.SUCCESS, result.exit_status, result.contacts
+    (True, 0, 0)
+    >>> result.sim_time_s, result.error is None
+    (1.0, True)
     """
 
     app: str

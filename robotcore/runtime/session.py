@@ -19,6 +19,7 @@ from robotcore.errors import (
     ResourceError,
     RobotcoreError,
 )
+from robotcore.hal.backend import Capability
 from robotcore.hal.robot import Robot
 from robotcore.hal.truth import Truth
 from robotcore.hal.wall_clock import MonotonicClock
@@ -51,8 +52,10 @@ from robotcore.runtime.trace import TickRecord
 from robotcore.runtime.wait_monitor import WaitMonitor
 from robotcore.safety.latch import EmergencyStop
 from robotcore.safety.motor_stop import STOP_S
+from robotcore.safety.real_time import HANG_S, RealTimeTicks
 from robotcore.safety.thread_reserve import Reserve
 from robotcore.safety.watchdog import ActivityMonitor, Watchdog
+from robotcore.threads import has_threads
 
 __all__ = ["Observer", "RunContext", "RunRequest", "RunResult", "run"]
 
@@ -65,6 +68,9 @@ SHUTDOWN_THREADS = 9
 The calls are the latch, the closing of the robot, the observers and ``on_forced_exit``. Others write two notes of the
 watchdog, one about steps that wait, one of an observer, and the lines of all threads.
 """
+
+NO_WATCHDOG = "this Python has no threads, and so no watchdog. If the app or the simulator hangs, the run does not end"
+"""The note of a run without threads."""
 
 
 T = TypeVar("T")
@@ -101,13 +107,24 @@ class RunSession:
         self._reserve = Reserve(self._wall)
         self._forced_exit = ForcedExit(self._reserve, observers, on_forced_exit)
         self._watchdog = Watchdog(
-            self._activity, self._on_timeout, self._end_after_hang, self._reserve, timeout_scale, self._add_note
+            self._activity,
+            self._on_timeout,
+            self._end_after_hang,
+            self._reserve,
+            timeout_scale,
+            self._add_note,
+            HANG_S,
+            self._drop_real_time,
         )
         self._close_limit = close_limit(plan.backend.name)
+        self._has_threads = has_threads() or Capability.LOCKSTEP not in plan.backend.capabilities
+        """Whether the run needs threads. Only a simulation in lockstep runs without them, since nothing real moves."""
+
         self._timeout_error: RobotcoreError | None = None
         self._assembled: AssembledRobot | None = None
         self._truth: Truth | None = None
         self._operator: OperatorInput | None = None
+        self._real_time: RealTimeTicks | None = None
         self._guardian = ExitStack()
         self._loop: Loop | None = None
         self._statistics = TickStatistics()
@@ -195,8 +212,12 @@ class RunSession:
         return result
 
     def _run_under_watchdog(self) -> _Stages[Outcome]:
-        self._reserve.hold(SHUTDOWN_THREADS)
-        self._watchdog.start()
+        if self._has_threads:
+            self._reserve.hold(SHUTDOWN_THREADS)
+            self._watchdog.start()
+        else:
+            self._reserve.hold(threads=0)
+            self._notes.append(NO_WATCHDOG)
         try:
             return (yield from self._run_and_close())
         finally:
@@ -226,6 +247,8 @@ class RunSession:
                 self._judge(outcome)
             finally:  # a signal may have come just before the mask
                 self._signals.mask()
+                if self._real_time:
+                    self._real_time.end()
                 self._close(robot)
         return outcome
 
@@ -273,6 +296,8 @@ class RunSession:
         return self._loop
 
     def _list_listeners(self, truth: Truth | None) -> Iterator[Callable[[TickRecord], None]]:
+        if self._real_time:
+            yield self._real_time.begin_after_first_tick
         if truth and truth.line:
             yield lambda _: truth.update()
         yield from (observer.tick for observer in self._observers)
@@ -287,7 +312,11 @@ class RunSession:
         faults = [fault.layer(raw.clock, seed) for fault in plan.faults]
         if raw.cutoffs:
             self._register(plan.request)
-        guard = guard_motors(raw, plan.description.safety.lease_ticks / rate_hz, self._guardian)
+        if plan.request.rt:
+            self._real_time = RealTimeTicks(self._add_note)
+        priorities = self._real_time.priorities if self._real_time else None
+        lease = plan.description.safety.lease_ticks / rate_hz
+        guard = guard_motors(raw, lease, self._guardian, priorities.stop if priorities else None)
         assembled = assemble(
             raw,
             plan.description,
@@ -302,7 +331,7 @@ class RunSession:
             TickTimer(self._statistics),
             plan.backend.encoder_rate_hz,
         )
-        self._reserve.hold(len(raw.motors))
+        self._reserve.hold(len(raw.motors) if self._has_threads else 0)
         raw.clock.prepare_calls()
         return assembled
 
@@ -382,6 +411,10 @@ class RunSession:
         self._notes.append(WrittenNote(note))
         self._forced_exit.write(f"note: {note}\n".encode())
 
+    def _drop_real_time(self) -> None:
+        if self._real_time:
+            self._real_time.drop()
+
     def _end_after_hang(self, error: RobotcoreError) -> None:
         """End the process after the watchdog has stopped the motors, because the run's thread still hangs."""
         try:
@@ -457,6 +490,7 @@ def run(
     error, such as an unknown option of the backend or an exception of the app, stops every motor. It is in the result:
     ``error``, ``reason`` and ``exit_status``. Another thread calls ``on_forced_exit`` before the process ends.
 
+    >>> from robotcore import RunRequest
     >>> result = run(RunRequest("green-search", seed=7))
     >>> result.outcome.value, result.verified
     ('success', True)

@@ -99,6 +99,7 @@ class Latch:
 class EmergencyStop:
     """Stops every motor until the end of the run, from any thread. An app cannot undo the stop.
 
+    >>> from robotcore.safety.latch import Latch
     >>> latch = Latch()
     >>> EmergencyStop(latch).press("the button on the bench was pressed")
     >>> str(latch.error)

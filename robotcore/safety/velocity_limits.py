@@ -21,6 +21,7 @@ NEGLIGIBLE = 1e-9
 class Intervention:
     """A record of a change of a command.
 
+    >>> from robotcore.geometry import Wheels
     >>> Intervention(time=1.25, cause="range guard", asked=Wheels(6.0, 6.0), sent=Wheels(0.0, 0.0)).cause
     'range guard'
     """

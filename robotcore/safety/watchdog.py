@@ -93,6 +93,8 @@ class Watchdog:
     scale: a factor that multiplies every limit.
     report: a function that gets a note if the run goes on: about the first limit that is exceeded under a debugger or
     another tracer, and about a first tick that has lasted for `NOTICE_S`.
+    long_s: a time in seconds after which an activity is long, and may go on.
+    on_long: a function that is called at each check of a long activity.
 
     >>> timeout = Event()
     >>> monitor = ActivityMonitor()
@@ -115,9 +117,12 @@ class Watchdog:
         reserve: Reserve,
         scale: float = 1.0,
         report: Callable[[str], object] = lambda _: None,
+        long_s: float = inf,
+        on_long: Callable[[], object] = lambda: None,
     ) -> None:
         self._monitor, self._on_timeout, self._end, self._scale = monitor, on_timeout, end, scale
         self._activity_timer, self._call_timer = _StallTimer(), _StallTimer()
+        self._long_s, self._on_long = long_s, on_long
         self._timeout: _Timeout | None = None
         self._reserve, self._report = reserve, report
         self._has_reported_tracer = self._has_reported_first_tick = False
@@ -153,6 +158,8 @@ class Watchdog:
         call, activity = monitor.call, monitor.activity
         call_s = self._call_timer.advance(passed_s if call else 0.0, monitor.calls)
         activity_s = self._activity_timer.advance(0.0 if call else passed_s, monitor.activities)
+        if (activity or call) and max(activity_s, call_s) > self._long_s:
+            self._on_long()
         if self._timeout and self._timeout.activities == monitor.activities:
             self._wait_for_return(self._timeout, passed_s)
         elif call and call_s > self._limit_of(call):

@@ -52,7 +52,10 @@ def run_sweep(
 
     Raises the errors of `preflight` before the first run.
 
+    >>> from pathlib import Path
     >>> from tempfile import TemporaryDirectory
+    >>> from robotcore import RunRequest
+    >>> from robotcore.sweep import LocalEngine, Sweep
     >>> sweep = Sweep(RunRequest("avoid-obstacles", settings={"duration_s": 0.2}), worlds=("open",), seeds=(1,))
     >>> with TemporaryDirectory() as folder:
     ...     results = run_sweep(sweep, LocalEngine(jobs=1), Path(folder))

@@ -34,6 +34,7 @@ class Results:
 
     `add` returns after the record is on the disk. So no added record is lost if the sweep is killed.
 
+    >>> from pathlib import Path
     >>> from tempfile import mkdtemp
     >>> from robotcore import RunRequest
     >>> from robotcore.sweep import LocalEngine, Sweep, run_sweep

@@ -32,6 +32,7 @@ class Sweep:
     """The specification of a sweep: one request for every backend, every world and every seed.
 
     >>> from robotcore import RunRequest
+    >>> from robotcore.sweep.spec import format_command
     >>> sweep = Sweep(RunRequest("green-search"), worlds=("arena", "open"), seeds=(1, 2))
     >>> len(sweep)
     4

@@ -71,6 +71,9 @@ class Group:
     A run passes if `Record.is_failure` is false. Times are on the robot's clock. The time of a failing run counts as
     infinite, so early failures cannot make a group look fast.
 
+    >>> from robotcore import Outcome, RunResult
+    >>> from robotcore.sweep import Record
+    >>> from robotcore.sweep.statistics import group_records
     >>> results = [RunResult("search", "kinematic", "rover", "arena", seed, Outcome.SUCCESS, 0) for seed in (1, 2)]
     >>> (group,) = group_records([Record(result, None, "") for result in results])
     >>> group.name, group.runs, group.success_share, group.verified_share
@@ -138,6 +141,8 @@ def group_records(records: Iterable[Record]) -> list[Group]:
 
     records: the records of the runs, such as ``results.records()``.
 
+    >>> from robotcore import Outcome, RunResult
+    >>> from robotcore.sweep import Record
     >>> outcomes = {1: Outcome.SUCCESS, 2: Outcome.TIMEOUT}
     >>> results = [RunResult("search", "kinematic", "rover", "arena", *each, 0) for each in outcomes.items()]
     >>> [group.success_share for group in group_records([Record(result, None, "") for result in results])]
@@ -237,18 +242,20 @@ class Requirement:
 
 def list_missed_requirements(requirements: Sequence[Requirement], groups: Sequence[Group]) -> list[str]:
     """Return a line of text for each group and each requirement that it misses, with the group's value."""
-    return [
-        f"{group.backend}, {group.world}: {each.measure} is {each.format_value(group)}, required {each}"
-        for each in requirements
-        for group in groups
-        if not each.is_met_by(group)
-    ]
+    return [format_miss(each, group) for each in requirements for group in groups if not each.is_met_by(group)]
+
+
+def format_miss(requirement: Requirement, group: Group) -> str:
+    """Return a line of text for a group that misses a requirement, with the group's value."""
+    value = requirement.format_value(group)
+    return f"{group.backend}, {group.world}: {requirement.measure} is {value}, required {requirement}"
 
 
 @dataclass(frozen=True)
 class Agreement:
     """The agreement of two backends in the runs that both executed.
 
+    >>> from robotcore import Outcome, RunResult
     >>> one = RunResult("search", "kinematic", "rover", "arena", 7, Outcome.SUCCESS, 0)
     >>> other = RunResult("search", "mujoco", "rover", "arena", 7, Outcome.TIMEOUT, 1)
     >>> Agreement("kinematic", "mujoco", ((one, one), (one, other))).same_outcome
@@ -289,6 +296,8 @@ def compare_backends(records: Sequence[Record]) -> list[Agreement]:
 
     records: the records of the runs, such as ``results.records()``.
 
+    >>> from robotcore import Outcome, RunResult
+    >>> from robotcore.sweep import Record
     >>> backends = ("kinematic", "mujoco")
     >>> results = [RunResult("search", name, "rover", "arena", 7, Outcome.SUCCESS, 0) for name in backends]
     >>> (agreement,) = compare_backends([Record(result, None, "") for result in results])

@@ -4,9 +4,8 @@ from __future__ import annotations
 
 from pathlib import Path
 
+from robotcore import files
 from robotcore.canvas import FADED, INK, PAPER, Canvas, Colour, shorten_text
-from robotcore.errors import UsageError
-from robotcore.files import replace_file, require_replaceable
 from robotcore.optics import Image
 
 WIDTH, HEIGHT = 1600, 1000
@@ -61,11 +60,7 @@ def save_png(content: bytes, file: Path, option: str = OPTION) -> None:
 
     option: the option of the command line that names the file; ``""`` if a call names it.
     """
-    try:
-        with replace_file(file) as part:
-            part.write_bytes(content)
-    except OSError as error:
-        raise _build_unwritable_error(file, error, option) from None
+    files.save_output(content, file, option)
 
 
 def require_writable(file: Path, option: str = OPTION) -> None:
@@ -73,15 +68,4 @@ def require_writable(file: Path, option: str = OPTION) -> None:
 
     option: as for `save_png`.
     """
-    if file.suffix.lower() != ".png":
-        text = f"{option} {file}: not a .png file. Name a .png file"
-        raise UsageError(text.lstrip(), kind="file-ending")
-    try:
-        require_replaceable(file)
-    except OSError as error:
-        raise _build_unwritable_error(file, error, option) from None
-
-
-def _build_unwritable_error(file: Path, error: OSError, option: str) -> UsageError:
-    text = f"{option} {file}: {error.strerror}. Name a file that you can write, on a disk with free space"
-    return UsageError(text.lstrip(), kind="file-not-writable", file=str(file))
+    files.require_writable(file, option, ".png")

@@ -210,10 +210,11 @@ def _format_result(replayed: ReplayResult) -> RenderableType:
         verdict, style = "differs", _RED
     elif replayed.is_exact:
         verdict, style = "bit-equal", "bold green"
-    return _join_lines(Text(verdict, style), format_heading(build_result(replayed.recording)), _list_findings(replayed))
+    return _join_lines(Text(verdict, style), format_heading(build_result(replayed.recording)), list_findings(replayed))
 
 
-def _list_findings(replayed: ReplayResult) -> Iterator[str]:
+def list_findings(replayed: ReplayResult) -> Iterator[str]:
+    """Yield what a verification of a recording found, as lines of text."""
     ticks, count = replayed.recording.ticks, pluralize(len(replayed.recording.ticks), "tick")
     digest, recorded = replayed.trace_sha256, replayed.recorded_sha256
     if deviation := replayed.deviation:
@@ -246,11 +247,12 @@ def _list_app_findings(replayed: ReplayResult) -> Iterator[str]:
 def _format_evaluation(evaluation: Evaluation) -> RenderableType:
     recorded, other = build_result(evaluation.recording), evaluation.result
     title = Text(escape(format_evaluation_heading(other, recorded)), "bold")
-    parts = [Text(f"  {escape(line)}") for line in _list_differences(evaluation)]
+    parts = [Text(f"  {escape(line)}") for line in list_differences(evaluation)]
     return Group(title, *parts, Text(), _build_table(evaluation, recorded))
 
 
-def _list_differences(evaluation: Evaluation) -> Iterator[str]:
+def list_differences(evaluation: Evaluation) -> Iterator[str]:
+    """Yield how the decisions of an evaluated app differ from the recorded ones, as lines of text."""
     if evaluation.warning:
         yield f"the recording lacks samples of the run: {evaluation.warning}"
     if first := evaluation.first_difference:

@@ -41,12 +41,14 @@ NOT_CHECKED = {
     "cd": "a command of the shell",
     "cp": "a command of the system",
     "echo": "a command of the shell",
+    "git": "a program of another project",
     "mkdir": "a command of the system",
     "sed": "a command of the system",
     "ssh": "needs a real robot",
     "ssh-copy-id": "needs a real robot",
     "sudo": "changes the system of a real robot",
     "dask": "a program of another project",
+    "docker": "tests/system/container builds the container with another program",
     "jupyter": "a program of another project",
 }
 """The programs whose arguments no test checks, and why."""
@@ -94,6 +96,8 @@ def find_mistake(words: Sequence[str]) -> str:
         return _find_mistake_of_robotcore(arguments)
     if program == "make":
         return ", ".join(f"no target {each}" for each in arguments if each not in TARGETS)
+    if program == "sh":
+        return "" if Path(arguments[0]).is_file() else f"{arguments[0]} does not exist"
     if program in ("python", "python3", "pytest", "pip"):
         return _find_mistake_of_python(program, arguments)
     return "" if program in NOT_CHECKED else f"unknown program {program}"

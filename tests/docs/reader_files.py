@@ -40,7 +40,7 @@ def write_reader_files(page: str, folder: Path) -> None:
     page: the name of the page, such as ``docs/apps.md``.
     """
     make(PROJECT, folder / "my-robot")
-    for file in ("search.py", "room.toml"):
+    for file in ("search.py", "room.toml", "ci.sh"):
         (folder / file).write_bytes((folder / "my-robot" / file).read_bytes())
     pages = read_pages()
     tutorial = list_listings(pages["docs/tutorials/bubblerob.md"])

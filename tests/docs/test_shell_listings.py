@@ -23,7 +23,7 @@ SHELLS = {
     )
 }
 CONSOLES = {page: consoles for page, text in PAGES.items() if (consoles := list_commands(text))}
-LANGUAGES = {"sh", "console", "python", "toml", "json", "ini", "text", ""}
+LANGUAGES = {"sh", "console", "python", "toml", "json", "ini", "yaml", "markdown", "text", ""}
 """The languages of listings. Tests run or check those of the first four; the others are outputs, files and pictures."""
 
 UNINSTALLED = {

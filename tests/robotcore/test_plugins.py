@@ -7,6 +7,7 @@ from pathlib import Path
 import pytest
 
 from robotcore import plugins as registry
+from robotcore.compatibility import read_version
 from robotcore.errors import BackendMissingError, UnknownNameError, UsageError
 from robotcore.hal.backend import load_backend
 from robotcore.plugins import app_names, backend_names
@@ -128,3 +129,40 @@ def test_groups_are_those_of_the_installed_project() -> None:
     assert {point.name for point in entry_points(group=registry.BACKENDS)} >= {"kinematic", "mock", "pybullet"}
     assert {point.name for point in entry_points(group=registry.APPS)} >= {"green-search", "mark-green"}
     assert {point.name for point in entry_points(group=registry.FAULTS)} >= {"drop", "noise.camera", "stall"}
+
+
+def install_package(folder: Path, requirement: str) -> None:
+    """Install a package with a backend, as pip does: a module and its metadata."""
+    (folder / "made_elsewhere.py").write_text("class Board:\n    name = 'made-elsewhere'\n")
+    metadata = folder / "made_elsewhere-0.2.dist-info"
+    metadata.mkdir()
+    text = f"Metadata-Version: 2.1\nName: made-elsewhere\nVersion: 0.2\nRequires-Dist: {requirement}\n"
+    (metadata / "METADATA").write_text(text)
+    (metadata / "entry_points.txt").write_text("[robotcore.backends]\nmade-elsewhere = made_elsewhere:Board\n")
+
+
+@pytest.fixture
+def packages(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Path]:
+    """Return a folder from which Python imports packages."""
+    monkeypatch.syspath_prepend(str(tmp_path))
+    forget_packages()
+    yield tmp_path
+    monkeypatch.undo()
+    forget_packages()
+
+
+def test_a_package_for_this_version_is_loaded(packages: Path) -> None:
+    install_package(packages, "robotcore>=0.1")
+    assert registry.load_registered("backend", registry.BACKENDS, "made-elsewhere").name == "made-elsewhere"
+
+
+@pytest.mark.parametrize("needed", [">=1000", "<0.0.1"], ids=["newer", "older"])
+def test_a_package_for_another_version_is_refused_before_it_is_imported(
+    packages: Path, needed: str, raises: Raises
+) -> None:
+    install_package(packages, f"robotcore{needed}")
+    (packages / "made_elsewhere.py").write_text("raise RuntimeError('imported')")
+    with raises(
+        BackendMissingError, "robotcore-version", package="made-elsewhere", needed=needed, hide=[read_version()]
+    ):
+        load_backend("made-elsewhere")

@@ -43,6 +43,7 @@ def go_to(
     of a robot that steers; UnmetNeedError if the robot has no drive. The routine raises BlockedError if something
     blocks the robot, and UsageError if the robot has moved since the call, so that the point is too near now.
 
+    >>> import math
     >>> import robotcore
     >>> with robotcore.open("rover", world="open") as robot:
     ...     pose = robot.run(go_to(robot, 0.3, 0.3))

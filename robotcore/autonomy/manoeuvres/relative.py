@@ -62,6 +62,7 @@ def arc(robot: Robot, radius: float, angle: float, *, speed: float | None = None
     ``robot.drive.min_turn_radius``; UnmetNeedError if the robot has no drive. The routine raises BlockedError if
     something blocks the robot.
 
+    >>> import math
     >>> import robotcore
     >>> with robotcore.open("rover", world="open") as robot:
     ...     pose = robot.run(arc(robot, radius=0.5, angle=math.pi / 2))  # a quarter of a circle to the left
@@ -88,6 +89,7 @@ def turn(robot: Robot, angle: float, *, turn_rate: float | None = None) -> Routi
     Raises UsageError, when it is called, for a value that is not allowed, and for a robot that cannot turn on the spot;
     UnmetNeedError if the robot has no drive. The routine raises BlockedError if something blocks the robot.
 
+    >>> import math
     >>> import robotcore
     >>> with robotcore.open("rover", world="open") as robot:
     ...     pose = robot.run(turn(robot, math.pi / 2))

@@ -46,6 +46,8 @@ class Navigator:
     grid: the map to begin with, such as one from `OccupancyGrid.load`; None for a new map. The robot must start at the
         pose at which it started when the map was made.
 
+    >>> from robotcore import Pose
+    >>> from robotcore.autonomy.navigation import StopPoint
     >>> navigator = Navigator(speed=0.2, turn=1.0)
     >>> navigator.drive_at(Pose(0.0, 0.0, 0.0), StopPoint(x=2.0, y=0.0, distance=0.3))
     Twist(linear=0.2 m/s, angular=0 rad/s)

@@ -77,6 +77,7 @@ class OccupancyGrid:
     cell: the length of a cell's sides, in metres.
     centre: the middle of the map, in metres.
 
+    >>> from robotcore import Pose
     >>> grid = OccupancyGrid(size=4.0)
     >>> for _ in range(3):
     ...     grid.add_range(Pose(0.0, 0.0, 0.0), distance=1.0, max_range=2.0, cone=0.5)

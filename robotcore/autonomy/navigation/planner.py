@@ -119,6 +119,7 @@ The robot needs this length to turn to the target and to brake.
 class StopPoint(NamedTuple):
     """A point, and the distance from it at which the robot stops.
 
+    >>> from robotcore import Pose
     >>> target = StopPoint(x=1.0, y=0.0, distance=0.3)
     >>> target.gap(Pose(0.0, 0.0, 0.0)), target.bearing(Pose(0.0, 0.0, 0.5))
     (0.7, -0.5)

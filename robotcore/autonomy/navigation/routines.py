@@ -38,7 +38,7 @@ def explore(robot: Robot, navigator: Navigator) -> Routine[None]:
     navigator: the map and the velocities.
 
     >>> import robotcore
-    >>> from robotcore import until
+    >>> from robotcore import Navigator, until
     >>> with robotcore.open("rover", world="arena") as robot:
     ...     exploration = explore(robot, Navigator(speed=0.2, turn=1.5))
     ...     robot.run(until(lambda: robot.clock.now() >= 1.0, exploration))
@@ -65,6 +65,8 @@ def turn_to(robot: Robot, navigator: Navigator, target: Target) -> Routine[None]
     robot, navigator, target: as for `drive_to`.
 
     >>> import robotcore
+    >>> from robotcore import Navigator
+    >>> from robotcore.autonomy.navigation import StopPoint
     >>> with robotcore.open("rover", world="open") as robot:
     ...     robot.run(turn_to(robot, Navigator(speed=0.2, turn=1.5), StopPoint(x=0.0, y=1.0, distance=0.3)))
     ...     robot.drive.pose.heading > 1.4  # to the left
@@ -94,6 +96,8 @@ def drive_to(robot: Robot, navigator: Navigator, target: Target) -> Routine[None
     begun a new one.
 
     >>> import robotcore
+    >>> from robotcore import Navigator
+    >>> from robotcore.autonomy.navigation import StopPoint
     >>> with robotcore.open("rover", world="open") as robot:
     ...     robot.run(drive_to(robot, Navigator(speed=0.2, turn=1.5), StopPoint(x=0.8, y=0.0, distance=0.3)))
     ...     0.4 < robot.drive.pose.x < 0.6

@@ -162,6 +162,7 @@ class ColourDetector:
     min_chroma: the least chroma of a candidate above that of ``min_saturation``, in grey levels.
     min_area: the least area of a blob, in pixels.
 
+    >>> import numpy as np
     >>> from robotcore.optics import Intrinsics
     >>> picture = np.full((240, 320, 3), 128, np.uint8)
     >>> picture[100:120, 50:80] = (60, 170, 40)
@@ -269,6 +270,7 @@ def draw_boxes(image: Image, blobs: Iterable[Blob]) -> Image:
     blobs: the blobs, such as those that a `ColourDetector` has found.
 
     >>> import numpy as np
+    >>> from robotcore.autonomy.vision import Blob
     >>> picture = np.zeros((48, 64, 3), np.uint8)
     >>> blob = Blob(centroid=(20.0, 15.0), box=(18, 12, 5, 7), area=35, bearing=0.1, is_clipped=False)
     >>> draw_boxes(picture, [blob])[12, 16].tolist()

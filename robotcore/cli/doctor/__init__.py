@@ -8,12 +8,21 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Mapping
+from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import click
 
-from robotcore.cli.options import backend_option, load_connected_robot, merge_options, port_option, refuse_without
+from robotcore.cli.options import (
+    backend_option,
+    load_connected_robot,
+    merge_options,
+    parse_pair,
+    port_option,
+    refuse_without,
+)
 from robotcore.cli.output import as_json, write_finding, write_json, write_line
+from robotcore.errors import UsageError
 from robotcore.text import pluralize
 
 if TYPE_CHECKING:
@@ -26,6 +35,14 @@ if TYPE_CHECKING:
 MACHINE = "machine"
 
 
+def parse_wire(value: str) -> tuple[int, int]:
+    """Return the output and the input of a wire, such as ``20:21``."""
+    output, _, target = (part.strip() for part in value.partition(":"))
+    if not (output.isdecimal() and target.isdecimal()):
+        raise click.BadParameter(f"{value!r} is not OUT:IN. Give two GPIOs, such as 20:21")
+    return int(output), int(target)
+
+
 @click.command("doctor")
 @click.option("--robot", help="Also check the devices of this robot: its name, or its .toml file.")
 @click.option(
@@ -33,14 +50,75 @@ MACHINE = "machine"
 )
 @port_option
 @backend_option
+@click.option("--loopback", is_flag=True, help="Test a Raspberry Pi by two wires between its pins, and write a report.")
+@click.option(
+    "--wire",
+    "wires",
+    metavar="OUT:IN",
+    type=parse_wire,
+    multiple=True,
+    help="Connect these GPIOs by one of the two wires. Give it twice. Default: pins that the robot does not use.",
+)
+@click.option("--motor", metavar="NAME", help="Test this motor of the robot, off the ground. Default: the first one.")
+@click.option(
+    "--rt", "is_real_time", is_flag=True, help="Also measure the ticks with real-time priority: docs/safety.md."
+)
+@click.option(
+    "--tick-test",
+    "tick_test_s",
+    metavar="SECONDS",
+    type=click.FloatRange(1, 3600),
+    help="The duration of each measurement of the ticks. Default: 10.",
+)
+@click.option(
+    "--answer",
+    "answers",
+    metavar="TOPIC=ANSWER",
+    type=parse_pair,
+    multiple=True,
+    help="Answer a question in advance, such as wires=ready. Repeatable.",
+)
+@click.option(
+    "--report",
+    metavar="FILE",
+    type=click.Path(path_type=Path),
+    help="The report's file. Default: a name with host and date.",
+)
+@click.option(
+    "--row",
+    metavar="FILE",
+    type=click.Path(path_type=Path),
+    help="Print the row of a report for the table in QUALITY.md, and nothing else.",
+)
 @as_json
 def command(
-    robot: str | None, backend: str | None, port: str | None, options: tuple[tuple[str, str], ...], *, as_json: bool
+    robot: str | None,
+    backend: str | None,
+    port: str | None,
+    options: tuple[tuple[str, str], ...],
+    *,
+    loopback: bool,
+    row: Path | None,
+    as_json: bool,
+    **loopback_options: Any,
 ) -> int:
     """Check whether this machine can run a robot.
 
     Prints each finding, with a remedy if something is wrong. The exit status is 1 if there is an error.
+
+    With --loopback, you connect two pairs of pins of a Raspberry Pi by jumper wires. The command measures over them the
+    pins, the drivers, the ticks, and how soon each way to stop acts. With --robot, it also tests a motor off the
+    ground. It writes a report without private data. The exit status is 1 if a rule failed.
     """
+    if row:
+        from robotcore.cli.doctor.loopback_report import format_row
+
+        write_line(format_row(row))
+        return 0
+    if loopback:
+        return _test_loopback(robot, backend, merge_options(options, port=port), loopback_options, as_json=as_json)
+    given = {_LOOPBACK_OPTIONS[name]: bool(value) for name, value in loopback_options.items()}
+    refuse_without("--loopback", "Add it", **given)
     if not (robot and backend):
         refuse_without("--robot and --backend", "Add both", port=port is not None, option=bool(options))
     found = _diagnose(robot, backend, merge_options(options, port=port))
@@ -55,6 +133,38 @@ def command(
         write_line()
         write_line(f"{pluralize(errors, 'error')}, {pluralize(warnings, 'warning')}")
     return status
+
+
+_LOOPBACK_OPTIONS = {
+    "wires": "wire",
+    "motor": "motor",
+    "is_real_time": "rt",
+    "tick_test_s": "tick_test",
+    "answers": "answer",
+    "report": "report",
+}
+"""The options of ``--loopback`` by their parameters."""
+
+
+def _test_loopback(
+    robot: str | None, backend: str | None, options: Mapping[str, str], values: dict[str, Any], *, as_json: bool
+) -> int:
+    from robotcore.cli.doctor.loopback import run_loopback
+    from robotcore.description import load_robot
+    from robotcore.hal.loopback import LoopbackRequest
+
+    for option in options:
+        text = f"--option {option} has no effect with --loopback. Leave it out"
+        raise UsageError(text, kind="option-without-effect", option=option)
+    request = LoopbackRequest(
+        robot=None if robot is None else load_robot(robot),
+        robot_reference=robot or "",
+        wires=values["wires"],
+        motor=values["motor"],
+        is_real_time=values["is_real_time"],
+        tick_test_s=values["tick_test_s"] or LoopbackRequest.tick_test_s,
+    )
+    return run_loopback(backend, request, values["answers"], values["report"], as_json=as_json)
 
 
 def _diagnose(robot: str | None, backend: str | None, options: Mapping[str, str]) -> Iterator[AboutFinding]:

@@ -11,10 +11,8 @@ from collections.abc import Callable, Iterator
 from functools import partial
 
 from robotcore.hal.check_finding import Check, Finding
+from robotcore.python_versions import MAX_PYTHON, MIN_PYTHON
 from robotcore.system import IS_LINUX
-
-MIN_PYTHON, MAX_PYTHON = (3, 10), (3, 13)
-"""The oldest and the newest version of Python with which robotcore is tested."""
 
 
 def check_python() -> Iterator[Finding]:
@@ -40,6 +38,18 @@ def check_system() -> Iterator[Finding]:
             f"{platform.system()}: robotcore has run on Linux only, and some protections of a run need it",
             "Read docs/systems.md, which lists what this system lacks",
             kind="system-untested",
+        )
+
+
+def check_processor() -> Iterator[Finding]:
+    """Yield a warning for a Python of 32 bits, also if the kernel has 64 bits."""
+    if sys.maxsize < 2**32:
+        yield Finding.warning(
+            "Processor",
+            f"this Python has 32 bits, on {platform.machine()}: robotcore is not tested with it, and some libraries "
+            "have no wheels for it",
+            "Install the 64-bit Raspberry Pi OS, which a Pi 3, 4, 5 and Zero 2 W can run",
+            kind="processor-untested",
         )
 
 
@@ -76,6 +86,7 @@ def list_machine_checks() -> tuple[tuple[str, Check], ...]:
     return (
         ("system", check_system),
         ("Python", check_python),
+        ("Processor", check_processor),
         ("NumPy", partial(check_library, "NumPy", _run_numpy, "pip install --force-reinstall 'numpy>=1.24'")),
         ("OpenCV", partial(check_library, "OpenCV", _run_opencv, opencv)),
     )

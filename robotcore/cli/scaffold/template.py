@@ -15,6 +15,7 @@ from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import TYPE_CHECKING
 
+from robotcore.compatibility import format_minimum
 from robotcore.errors import UsageError
 
 if TYPE_CHECKING:
@@ -26,6 +27,12 @@ if TYPE_CHECKING:
 
 CACHES = ("__pycache__", "_cache")
 """The names of cache folders end like this. Installers, test runners and linters create them. They are not copied."""
+
+TEMPLATE_MINIMUM = ">=0.1"
+"""The range of robotcore's versions in the templates. A copy has the range from the installed version on.
+
+The user may add to a copy whatever the installed version offers.
+"""
 
 
 @dataclass(frozen=True)
@@ -54,9 +61,10 @@ class Template:
         return resources.files("robotcore.cli.scaffold").joinpath("templates", self.folder)
 
     def rename_text(self, text: str, name: str) -> str:
-        """Return a text of the template in which the new name replaces the template's name."""
+        """Return a text of the template with the new name, and with the installed version of robotcore."""
         words = dict(zip(_spellings(self.own_name), _spellings(name), strict=True))
-        return re.sub("|".join(words), lambda found: words[found[0]], text)
+        words[TEMPLATE_MINIMUM] = format_minimum()
+        return re.sub("|".join(map(re.escape, words)), lambda found: words[found[0]], text)
 
     def entries(self, folder: Traversable) -> Iterator[Traversable]:
         """Yield the files and folders in a folder of the template, without caches."""
@@ -81,11 +89,12 @@ PROJECT = Template(
     "my-robot",
     (
         "robotcore run search.py --robot my_robot.toml --world room.toml --seed 7",
-        "python -m pytest",
+        "sh ci.sh install",
+        "sh ci.sh",
         "robotcore deploy push pi@rover.local",
     ),
 )
-"""The template of a project with an app, a robot, a room, and their tests."""
+"""The template of a project with an app, a robot, a room, their tests, and a CI that runs them."""
 
 DRIVER = Template(
     "driver",

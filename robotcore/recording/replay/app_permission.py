@@ -82,6 +82,7 @@ def is_recorded_app(recording: Recording, app: str) -> bool:
     It has the recorded name, or its file has the name or the source of the recorded file. If the recording names a
     class, the user's app has this class.
 
+    >>> from pathlib import Path
     >>> from tempfile import TemporaryDirectory
     >>> from robotcore import RunRequest, run
     >>> from robotcore.recording import read

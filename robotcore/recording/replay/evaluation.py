@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Callable, Iterable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
@@ -25,6 +25,7 @@ from robotcore.recording.replay.differences import (
     format_command,
     format_wheels,
 )
+from robotcore.recording.replay.verification import DIFFERS, explain_external_end
 from robotcore.recording.tap import RecordingTap
 from robotcore.runtime.apps import app_name
 from robotcore.runtime.layers.base import MotorOutput, Reader, Send
@@ -37,10 +38,12 @@ from robotcore.safety.latch import Latch
 class Evaluation:
     """The result of an app on the samples of a recording.
 
+    >>> from pathlib import Path
     >>> from tempfile import TemporaryDirectory
     >>> from robotcore import RunRequest, run
     >>> from robotcore.recording import read
     >>> from robotcore.recording.recorder import Recorder
+    >>> from robotcore.recording.replay import evaluate
     >>> with TemporaryDirectory() as folder:
     ...     recorder = Recorder(Path(folder, "run.mcap"))
     ...     result = run(RunRequest("avoid-obstacles", timeout_s=0.5), [recorder], [recorder.layer])
@@ -65,6 +68,8 @@ class Evaluation:
     """The state of the evaluated app in each tick."""
     logged: Sequence[LoggedSeries] = ()
     """A summary of the values that the app logged, by name."""
+    must_be_equal: bool = False
+    """Whether a decision that differs has the exit status 1, as in a verification."""
 
     def __repr__(self) -> str:
         return f"<Evaluation of {self.result.app}: {self.differing} of {self.ticks} ticks differ>"
@@ -85,9 +90,20 @@ class Evaluation:
         return self.recording.missing_inputs
 
     @property
+    def is_equal(self) -> bool:
+        """Whether all decisions, the devices that were read, and the end are those of the recorded run."""
+        if self.differing or self.late_reads or self.ticks != len(self.recording.ticks):
+            return False
+        recorded = self.recording.result
+        is_cut = not recorded or bool(explain_external_end(self.recording))
+        return is_cut if self.is_at_end else recorded is not None and recorded.outcome is self.result.outcome
+
+    @property
     def exit_status(self) -> int:
-        """The exit status of the app's error; without an error 0, even if decisions differ."""
-        return self.result.exit_status if self.result.error and not self.is_at_end else 0
+        """The exit status of the app's error. Without an error 1 if a decision differs and must not, else 0."""
+        if self.result.error and not self.is_at_end:
+            return self.result.exit_status
+        return DIFFERS if self.must_be_equal and not self.is_equal else 0
 
     def to_dict(self) -> dict[str, Any]:
         """Return the JSON fields."""
@@ -125,6 +141,7 @@ def evaluate(
     *,
     file: Path | str = "",
     recorder: Recorder | None = None,
+    must_be_equal: bool = False,
 ) -> Evaluation:
     """Run an app on the samples of a recording, and compare its decisions with the recorded ones.
 
@@ -132,7 +149,9 @@ def evaluate(
     settings: settings of the app by name. The recorded app has its recorded values for all others.
     file: the name of the recording in error messages.
     recorder: records the evaluation; None for no recording.
+    must_be_equal: whether a decision that differs has the exit status 1.
 
+    >>> from pathlib import Path
     >>> from tempfile import TemporaryDirectory
     >>> from robotcore import RunRequest, run
     >>> from robotcore.recording import read
@@ -153,7 +172,7 @@ def evaluate(
     comparator = DecisionComparator(recording)
     inherited = recorded.settings if app is None or is_recorded_app(recording, app) else {}
     result = run_app(comparator, app, {**inherited, **(settings or {})}, recorder)
-    return comparator.build_evaluation(result)
+    return replace(comparator.build_evaluation(result), must_be_equal=must_be_equal)
 
 
 class DecisionComparator(ReplayTap):

@@ -19,9 +19,11 @@ class ReplayRecorder(Recorder):
     path: the ``.mcap`` file, which is overwritten.
     recording: the recording that is replayed.
 
+    >>> from pathlib import Path
     >>> from tempfile import TemporaryDirectory
     >>> from robotcore import RunRequest, run
     >>> from robotcore.recording import read
+    >>> from robotcore.recording.recorder import Recorder
     >>> from robotcore.recording.replay import replay
     >>> with TemporaryDirectory() as folder:
     ...     first, second = Path(folder, "run.mcap"), Path(folder, "replay.mcap")

@@ -36,10 +36,12 @@ DIFFERS = 1
 class ReplayResult:
     """The result of verifying a recording.
 
+    >>> from pathlib import Path
     >>> from tempfile import TemporaryDirectory
     >>> from robotcore import RunRequest, run
     >>> from robotcore.recording import read
     >>> from robotcore.recording.recorder import Recorder
+    >>> from robotcore.recording.replay import replay
     >>> with TemporaryDirectory() as folder:
     ...     recorder = Recorder(Path(folder, "run.mcap"))
     ...     result = run(RunRequest("avoid-obstacles", timeout_s=0.5), [recorder], [recorder.layer])
@@ -137,6 +139,7 @@ def replay(
     app: the file of another app to run; None for the recorded app.
     recorder: records the replay; None for no recording.
 
+    >>> from pathlib import Path
     >>> from tempfile import TemporaryDirectory
     >>> from robotcore import RunRequest, run
     >>> from robotcore.recording import read

@@ -77,6 +77,9 @@ class Fault(StrictModel):
     example: a specification of the fault.
 
     >>> from robotcore.kinds.motor import Motor
+    >>> from robotcore.runtime.faults import FaultContext
+    >>> from robotcore.runtime.faults.base import Probability
+    >>> from robotcore.runtime.layers.base import Layer
     >>> class HotMotor(Fault):
     ...     target_classes = (Motor,)
     ...     example = "left_motor hot=0.5"

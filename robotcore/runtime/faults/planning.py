@@ -98,6 +98,7 @@ class PlannedFault:
     """A fault with a checked specification, and its target on the robot.
 
     >>> from robotcore.description import load_robot
+    >>> from robotcore.runtime.faults import plan_faults
     >>> (fault,) = plan_faults(["left_motor weak=0.5 after=2"], load_robot("rover"), opened=["left_motor"])
     >>> str(fault), fault.is_active(1.0), fault.is_active(3.0)
     ('left_motor weak=0.5 after=2', False, True)

@@ -18,6 +18,7 @@ class LoopTarget:
     """The class of the target ``loop``.
 
     >>> from robotcore.description import load_robot
+    >>> from robotcore.runtime.faults.targets import find_target
     >>> find_target("loop", load_robot("rover"), opened=[]).kind is LoopTarget
     True
     """
@@ -29,6 +30,7 @@ class ConnectionTarget:
     """The class of the target ``connection``.
 
     >>> from robotcore.description import load_robot
+    >>> from robotcore.runtime.faults.targets import find_target
     >>> sorted(find_target("connection", load_robot("rover"), opened=["eye", "nose"]).devices)
     ['eye', 'nose']
     """

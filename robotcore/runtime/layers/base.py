@@ -50,6 +50,7 @@ class Layer:
     Each method gets a function or a clock that leads to the driver. It returns one that leads through this layer. By
     default it returns its argument, so that the layer changes nothing.
 
+    >>> from robotcore.runtime.layers.base import MotorOutput
     >>> class HalfSpeed(Layer):
     ...     def motor(self, motor):
     ...         return MotorOutput(motor.name, lambda rad_s: motor.set_velocity(rad_s / 2), motor.stop)

@@ -17,12 +17,13 @@ if TYPE_CHECKING:
     from robotcore.safety.guardian.client import Guardian
 
 
-def guard_motors(raw: Robot, lease: float, end: ExitStack) -> GuardianLayer | None:
+def guard_motors(raw: Robot, lease: float, end: ExitStack, priority: int | None = None) -> GuardianLayer | None:
     """Start a guardian for a robot's motors, and return its layer. None if the robot has no cutoffs.
 
     raw: the robot that the backend opened.
     lease: the deadman's lease, in seconds.
     end: the context that ends the guardian.
+    priority: the real-time priority of the guardian, above that of the ticks; None for the normal priority.
 
     The guardian must stop the motors later than the deadman. So its lease is longer than the deadman's. The difference
     is the deadman's longest wait for its lock plus the longest ``extra_lease_s`` of the cutoffs.
@@ -34,7 +35,7 @@ def guard_motors(raw: Robot, lease: float, end: ExitStack) -> GuardianLayer | No
     from robotcore.safety.guardian.client import Guardian
 
     patience = LOCK_TIMEOUT_S + max(cutoff.extra_lease_s for cutoff in raw.cutoffs)
-    return GuardianLayer(end.enter_context(Guardian(raw.cutoffs, max(lease, MIN_LEASE_S) + patience)))
+    return GuardianLayer(end.enter_context(Guardian(raw.cutoffs, max(lease, MIN_LEASE_S) + patience, priority)))
 
 
 class GuardianLayer(Layer):

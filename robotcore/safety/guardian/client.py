@@ -25,6 +25,7 @@ from robotcore.safety.guardian.protocol import (
     read_line,
     receive,
 )
+from robotcore.safety.real_time import set_process_priority
 from robotcore.system import HAS_POSIX
 
 MIN_RENEWAL_S = 0.005
@@ -70,11 +71,12 @@ class Guardian:
     it gets no signals from the terminal.
     """
 
-    def __init__(self, cutoffs: Sequence[CutoffSpec], lease: float) -> None:
+    def __init__(self, cutoffs: Sequence[CutoffSpec], lease: float, priority: int | None = None) -> None:
         """Start the process, and wait until all cutoffs are open.
 
         cutoffs: the specifications of the cutoffs that stop the motors.
         lease: the time in seconds without a renewal after which the guardian stops the motors.
+        priority: the real-time priority of the process; None for the normal priority.
 
         Raises GuardianError if the process does not start or a cutoff does not open.
         """
@@ -85,6 +87,8 @@ class Guardian:
         self._failure: GuardianError | None = None
         self._process, self._link = _start_process()
         try:
+            if priority is not None:  # before the assignment, after which the process starts its threads
+                self._set_priority(priority)
             if HAS_POSIX:
                 os.register_at_fork(after_in_child=self._link.close)  # a copy in a fork would hide this process's end
             self._assign(Assignment(os.getpid(), lease, merge_cutoffs(cutoffs)))
@@ -167,6 +171,13 @@ class Guardian:
                 self._link.send(END)
             self._link.shutdown(SHUT_WR)
         self._end(EXIT_TIMEOUT_S)
+
+    def _set_priority(self, priority: int) -> None:
+        try:
+            set_process_priority(self._process.pid, priority)
+        except OSError as error:
+            text = f"gets no real-time priority {priority}: {error.strerror}"
+            raise self._fail(text, "guardian-priority", _NOT_STARTED) from error
 
     def _assign(self, assignment: Assignment) -> None:
         try:

@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections import Counter
 from collections.abc import Callable, Iterator, Sequence
 from datetime import datetime, timezone
-from importlib.metadata import version
 from itertools import cycle, islice
 from pathlib import Path
 from typing import Any
@@ -13,6 +12,7 @@ from typing import Any
 from jinja2 import Environment, PackageLoader, StrictUndefined
 
 from robotcore.canvas import SERIES, Colour, lighten
+from robotcore.compatibility import read_version
 from robotcore.description import WorldDescription, load_world, world_names
 from robotcore.runtime.result import RunResult
 from robotcore.sweep.failure_analysis import explain, format_p
@@ -144,7 +144,7 @@ def _list_facts(results: Sequence[RunResult]) -> Iterator[tuple[str, str]]:
     yield "Seeds", format_seeds(sorted({each.seed for each in results if each.seed is not None}))
     yield "Robot's time", _format_duration(sum(each.sim_time_s for each in results))
     yield "Computing time", _format_duration(sum(each.wall_time_s for each in results))
-    yield "robotcore", version("robotcore")
+    yield "robotcore", read_version()
     yield "Page created", datetime.now(timezone.utc).astimezone().strftime("%Y-%m-%d %H:%M %Z")
 
 

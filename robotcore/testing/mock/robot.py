@@ -39,12 +39,22 @@ class MockRobot:
 
     Raises UsageError if a constant or a list has a reading that the sensor cannot have.
 
-    >>> from apps.avoid_obstacles import AvoidObstacles
-    >>> robot = MockRobot(range=1.0)
-    >>> robot.run(AvoidObstacles(), ticks=2).value
-    'running'
-    >>> robot.wheels[-1].left < robot.wheels[-1].right  # it turns left to look around
-    True
+    >>> from robotcore import Behaviour, Role, Status
+    >>> class Reflex(Behaviour):
+    ...     needs = frozenset({Role.DRIVE, Role.RANGE})
+    ...
+    ...     def step(self, robot):
+    ...         is_near = robot.range.read().distance < 0.4
+    ...         robot.drive.set_velocity(0.0 if is_near else 0.2, 1.0 if is_near else 0.0)
+    ...         return Status.RUNNING
+    >>> robot = MockRobot(range=[1.0, 0.2])  # one reading a tick, in metres; the last one repeats
+    >>> robot.run(Reflex(), ticks=2)
+    <Status.RUNNING: 'running'>
+    >>> ahead, turning = robot.wheels
+    >>> ahead.left == ahead.right, turning.left < turning.right
+    (True, True)
+    >>> [record.time for record in robot.ticks]
+    [0.0, 0.05]
     >>> robot
     MockRobot('rover', ticks=2)
     """

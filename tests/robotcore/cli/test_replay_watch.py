@@ -10,6 +10,7 @@ import sys
 from collections.abc import Iterator
 from pathlib import Path
 from time import sleep
+from unittest.mock import Mock
 
 import pytest
 
@@ -154,6 +155,21 @@ def test_replay_waits_while_an_editor_writes(tmp_path: Path) -> None:
     app.write_text("written before")
     assert not replay_watch._has_settled(app, before, Clock())
     assert replay_watch._has_settled(app, before, MonotonicClock())
+
+
+def test_each_replay_of_a_watch_has_the_options_of_the_command(
+    folder: Path, cli: Cli, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    watch_app = Mock(return_value=0)
+    monkeypatch.setattr("robotcore.cli.replay_watch.watch_app", watch_app)
+    outputs = [
+        f"--{name}=again.{suffix}" for name, suffix in (("picture", "png"), ("record", "mcap"), ("junit", "xml"))
+    ]
+    cli("replay", "run.mcap", "--watch", "ahead.py", "--set", "length=5", *outputs, "--require-equal", "--json")
+    given = ["replay", "--app=ahead.py", "--set=length=5", *outputs, "--require-equal", "--json"]
+    _, first, later = watch_app.call_args.args
+    assert first == [*given, "--", "run.mcap"]
+    assert later == [*given, "--force", "--", "run.mcap"]
 
 
 @pytest.mark.slow

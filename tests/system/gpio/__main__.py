@@ -8,9 +8,9 @@ from importlib.util import find_spec
 from pathlib import Path
 
 from tests.system import needs, wheels
-from tests.system.gpio.echo import build_echo
 from tests.system.gpio.kernel import kernel
 from tests.system.gpio.machine import REPORT_PORT, run_in_guest
+from tests.system.gpio.programs import build_program
 from tests.system.gpio.report import Report
 from tests.system.speed import scaled
 
@@ -18,7 +18,17 @@ LIMIT_S = 900.0
 """The time limit of all checks on the reference machine, where they take about two minutes."""
 
 GUEST = needs.ROOT / "tests" / "system" / "guest"
-SUPPORT = ("__init__", "__main__", "bench", "chip", "conftest", "models", "scaled_limits", "reporting")
+SUPPORT = (
+    "__init__",
+    "__main__",
+    "bench",
+    "chip",
+    "conftest",
+    "models",
+    "scaled_limits",
+    "scaled_loopback",
+    "reporting",
+)
 CONSOLE = needs.ROOT / "build" / "gpio-console.log"
 
 
@@ -53,7 +63,8 @@ def _command(files: Iterable[Path]) -> list[str]:
         "PYTEST_DISABLE_PLUGIN_AUTOLOAD=1",
         "HOME=/run",
         "LG_WD=/tmp",
-        f"ECHO_HELPER={build_echo()}",
+        f"ECHO_HELPER={build_program('echo')}",
+        f"WIRES_HELPER={build_program('wires')}",
         f"CHECKS_PORT={REPORT_PORT}",
     ]
     checks = [sys.executable, "-m", "tests.system.guest", *map(str, files)]

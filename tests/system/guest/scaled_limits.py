@@ -11,9 +11,15 @@ from tests.system.speed import scaled
 
 MAIN = "; main()"
 
-if __name__ == "__main__":
+
+def scale_limits() -> None:
+    """Scale the guardian's time limits, also in its process."""
     client.START_TIMEOUT_S = scaled(client.START_TIMEOUT_S)
     limit = f"from robotcore.safety.guardian import process; process.OPENING_S = {scaled(process.OPENING_S)}"
     assert client._CODE.endswith(MAIN)
     client._CODE = f"{client._CODE.removesuffix(MAIN)}; {limit}{MAIN}"
+
+
+if __name__ == "__main__":
+    scale_limits()
     main()

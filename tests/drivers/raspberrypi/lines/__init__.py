@@ -36,6 +36,10 @@ class Lines:
         pull = self._chip / f"{gpio}.pull"
         return pull.exists() and int(pull.read_text()) == SET_PULL_DOWN
 
+    def fix_level(self, gpio: int, level: int) -> None:
+        """Connect the second end of a wire to a supply pad, so that it always has this level."""
+        self._chip.joinpath(f"{gpio}.fixed").write_text(str(level))
+
     @property
     def environment(self) -> dict[str, str]:
         """Return the environment of a process that uses these lines."""

@@ -4,13 +4,20 @@ A chip is a folder, and a line is a file. A claim locks the file, so the line is
 file holds the last output, as on a Raspberry Pi; another file holds the pull. PWM is its duty in percent. As in lgpio,
 claiming an output again changes nothing, and an error has only a text. After the duty 0, a line never falls, as in a
 process that is suspended before the end of the PWM cycle.
+
+``FAKE_WIRES``, such as ``20:21,19:26``, connects lines by wires. A line at the second end of a wire has the level of
+the first end, and its edges call callbacks. There, PWM has a waveform of 100 Hz.
 """
 
 from __future__ import annotations
 
 import os
+import threading
+import time
+from collections.abc import Callable
 from fcntl import LOCK_EX, LOCK_NB, flock
 from pathlib import Path
+from typing import Any
 
 SET_PULL_UP, SET_PULL_DOWN, SET_PULL_NONE = 32, 64, 128
 RISING_EDGE, FALLING_EDGE, BOTH_EDGES = 1, 2, 3
@@ -22,6 +29,15 @@ _WORDS = {CANNOT_OPEN_CHIP: "can not open gpiochip", GPIO_BUSY: "GPIO busy"}
 _INPUT, _OUTPUT = 0x10000, 0x2
 _PULLS = SET_PULL_UP | SET_PULL_DOWN | SET_PULL_NONE
 _chips: list[_Chip] = []
+_watchers: list[_Callback] = []
+_PWM_HZ = 100
+_POLL_S = 0.0003
+
+
+def _find_wires() -> dict[int, int]:
+    """Return the first end of each wire by its second end."""
+    pairs = [pair.split(":") for pair in os.environ.get("FAKE_WIRES", "").split(",") if pair]
+    return {int(target): int(source) for source, target in pairs}
 
 
 class error(Exception):  # noqa: N801, N818  the name in lgpio
@@ -49,9 +65,10 @@ class _Chip:
             os.close(file)
             return _result(GPIO_BUSY)
         self.files[gpio], self.modes[gpio] = file, mode
-        self.put(gpio, str(level))
         if pull := flags & _PULLS:
             self.folder.joinpath(f"{gpio}.pull").write_text(str(pull))
+        self.folder.joinpath(f"{gpio}.direction").write_text("out" if mode == _OUTPUT else "in")
+        self.put(gpio, str(level))
         return 0
 
     def free(self, gpio: int) -> None:
@@ -61,6 +78,25 @@ class _Chip:
 
     def put(self, gpio: int, words: str) -> None:
         os.pwrite(self.files[gpio], words.ljust(3).encode(), 0)
+        for watcher in tuple(_watchers):
+            watcher.check()
+
+    def level_over_wire(self, gpio: int) -> bool:
+        """Return the level of a line at the second end of a wire: the other end's output or pull, or its own pull."""
+        source = _find_wires()[gpio]
+        if fixed := self._read(f"{gpio}.fixed"):
+            return fixed == "1"
+        direction = self._read(f"{source}.direction")
+        if direction == "out":
+            number = int(self._read(str(source)) or 0)
+            return bool(number == 1 or time.monotonic() * _PWM_HZ % 1 < number / 100)
+        pulls = (self._read(f"{source}.pull"), self._read(f"{gpio}.pull"))
+        wanted = [int(pull) for pull in pulls if pull in (str(SET_PULL_UP), str(SET_PULL_DOWN))]
+        return bool(wanted and wanted[0] == SET_PULL_UP)  # of two pulls the source's is stronger here
+
+    def _read(self, name: str) -> str:
+        file = self.folder / name
+        return file.read_text().strip() if file.exists() else ""
 
     def get(self, gpio: int) -> str:
         return os.pread(self.files[gpio], 3, 0).decode().strip()
@@ -117,7 +153,10 @@ def gpio_get_mode(handle: int, gpio: int) -> int:
 
 
 def gpio_read(handle: int, gpio: int) -> int:
-    return int(_chip(handle).get(gpio) != "0")
+    chip = _chip(handle)
+    if gpio in _find_wires():
+        return int(chip.level_over_wire(gpio))
+    return int(chip.get(gpio) != "0")
 
 
 def gpio_write(handle: int, gpio: int, level: int) -> int:
@@ -135,11 +174,41 @@ def tx_pwm(handle: int, gpio: int, pwm_frequency: float, pwm_duty_cycle: float, 
 
 
 class _Callback:
+    """Calls a function at each edge of a line at the second end of a wire. Another process may drive the wire."""
+
+    def __init__(self, chip: _Chip, gpio: int, function: Callable[[int, int, int, int], Any]) -> None:
+        self._chip, self._gpio, self._function = chip, gpio, function
+        self._level = chip.level_over_wire(gpio)
+        self._lock, self._is_over = threading.RLock(), threading.Event()
+        _watchers.append(self)
+        self._thread = threading.Thread(target=self._watch, daemon=True)
+        self._thread.start()
+
+    def check(self) -> None:
+        with self._lock:
+            level = self._chip.level_over_wire(self._gpio)
+            if level != self._level:
+                self._level = level
+                self._function(0, self._gpio, int(level), time.monotonic_ns())
+
+    def cancel(self) -> None:
+        self._is_over.set()
+        if self in _watchers:
+            _watchers.remove(self)
+
+    def _watch(self) -> None:
+        while not self._is_over.wait(_POLL_S):
+            self.check()
+
+
+class _NoCallback:
     def cancel(self) -> None: ...
 
 
-def callback(handle: int, gpio: int, *_: object) -> _Callback:
-    return _Callback()
+def callback(
+    handle: int, gpio: int, edge: int = RISING_EDGE, func: Callable[[int, int, int, int], Any] | None = None
+) -> _Callback | _NoCallback:
+    return _Callback(_chip(handle), gpio, func) if func and gpio in _find_wires() else _NoCallback()
 
 
 def _chip(handle: int) -> _Chip:

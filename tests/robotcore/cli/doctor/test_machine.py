@@ -1,10 +1,11 @@
 from __future__ import annotations
 
+import platform
 import sys
 
 import pytest
 
-from robotcore.cli.doctor.machine import check_python, check_system, list_machine_checks
+from robotcore.cli.doctor.machine import check_processor, check_python, check_system, list_machine_checks
 from robotcore.hal.check_finding import Finding, Level
 from tests.texts import CheckText
 
@@ -30,6 +31,15 @@ def test_an_untested_python_is_a_warning(
     (found,) = check_python()
     assert found.kind == kind
     assert found.level is (Level.WARNING if found.remedy else Level.OK)
+
+
+def test_a_python_of_32_bits_is_a_warning(monkeypatch: pytest.MonkeyPatch, check_text: CheckText) -> None:
+    assert list(check_processor()) == []
+    monkeypatch.setattr(sys, "maxsize", 2**31 - 1)
+    monkeypatch.setattr(platform, "machine", lambda: "aarch64")
+    (found,) = check_processor()
+    assert (found.kind, found.level) == ("processor-untested", Level.WARNING)
+    check_text(f"{found.message}. {found.remedy}")
 
 
 @pytest.mark.parametrize("name, module", [("NumPy", "numpy"), ("OpenCV", "cv2")])

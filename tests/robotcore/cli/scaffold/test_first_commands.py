@@ -117,14 +117,16 @@ def test_its_app_finds_the_ball_in_simulation_and_with_the_robots_drivers(projec
 
 def install(package: Path) -> str:
     """Write the metadata of an installed package, so that its entry points are found. Return its folder."""
-    points = tomllib.loads((package / "pyproject.toml").read_text())["project"]["entry-points"]
+    project = tomllib.loads((package / "pyproject.toml").read_text())["project"]
     lines = [
         f"[{group}]\n" + "".join(f"{key} = {value}\n" for key, value in named.items())
-        for group, named in points.items()
+        for group, named in project["entry-points"].items()
     ]
-    about = package / "tiny_board-0.1.dist-info"
+    name, version = project["name"], project["version"]
+    about = package / f"{name.replace('-', '_')}-{version}.dist-info"
     about.mkdir()
-    (about / "METADATA").write_text("Metadata-Version: 2.1\nName: tiny-board\nVersion: 0.1\n")
+    needs = "".join(f"Requires-Dist: {each}\n" for each in project["dependencies"])
+    (about / "METADATA").write_text(f"Metadata-Version: 2.1\nName: {name}\nVersion: {version}\n{needs}")
     (about / "entry_points.txt").write_text("".join(lines))
     return str(package)
 

@@ -148,7 +148,7 @@ def test_guardians_lease_includes_the_longest_patience_of_the_cutoffs(monkeypatc
     leases: list[float] = []
 
     class LeaseSpy(ExitStack):
-        def __init__(self, _: object, lease: float) -> None:
+        def __init__(self, _: object, lease: float, _priority: int | None) -> None:
             super().__init__()
             leases.append(lease)
 

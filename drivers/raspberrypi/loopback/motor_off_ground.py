@@ -1,0 +1,94 @@
+"""Tests one motor of the user's robot off the ground: its direction, a stop, and the deadman."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Mapping
+
+from drivers.raspberrypi.loopback.child import Action, ChildRequest
+from drivers.raspberrypi.loopback.processes import START_S, run_program
+from robotcore.errors import UnknownNameError, UsageError
+from robotcore.hal.loopback import LoopbackPerson, LoopbackRequest, RuleResult, Verdict
+from robotcore.kinds.motor import MotorDescription
+
+RULES = ("motor-direction", "motor-stop", "motor-deadman")
+LIFT = (
+    "Lift the robot so that its wheels turn freely, switch the motors' supply on, and stay beside its switch. The "
+    "wheel of {motor} turns three times for a short time, at half speed"
+)
+QUESTIONS: Mapping[str, tuple[str, Mapping[str, str]]] = {
+    "direction": ("which way did the wheel turn", {"f": "forward", "b": "backward", "n": "not at all"}),
+    "stop": ("does the wheel stand still now", {"y": "yes", "n": "no"}),
+    "deadman": (
+        "the program hung for 3 s while the wheel turned. When did the wheel stop",
+        {"s": "at once", "l": "only after the 3 s", "n": "it turns still"},
+    ),
+}
+GOOD = {"direction": "f", "stop": "y", "deadman": "s"}
+"""The answer to each question if the motor works."""
+
+HANG_S = 2.9
+"""The step of the app does not return for this time, in seconds: less than the watchdog's limit."""
+
+SHARE = 0.5
+REMEDY = {
+    "direction": "Correct the wires, or the file: robotcore test-devices --write",
+    "stop": "Switch the motors' supply off. Do not drive with this robot. Send the report",
+    "deadman": "Switch the motors' supply off. Do not drive with this robot. Send the report",
+}
+
+
+def find_motor(request: LoopbackRequest) -> MotorDescription | None:
+    """Return the motor to test; None without a robot. Raises UsageError if the robot has no such motor."""
+    if request.robot is None:
+        if request.motor:
+            text = "--motor has no effect without --robot. Name the robot's file: --robot my_robot.toml"
+            raise UsageError(text, kind="option-without-effect", option="--motor")
+        return None
+    motors = {motor.name: motor for motor in request.robot.all_of(MotorDescription)}
+    if not motors:
+        text = f"{request.robot.name!r} has no motor to test. Leave --robot out, or name another robot"
+        raise UsageError(text, kind="no-motor")
+    if request.motor and request.motor not in motors:
+        raise UnknownNameError("motor", request.motor, list(motors))
+    return motors[request.motor] if request.motor else next(iter(motors.values()))
+
+
+def check_motor(
+    motor: MotorDescription | None, robot: str, person: LoopbackPerson, write: Callable[[str], object]
+) -> Iterator[RuleResult]:
+    """Turn the motor in three runs of another program, and yield what the person has seen."""
+    if motor is None:
+        yield from (RuleResult.skip(rule, "no robot was named. Add --robot FILE") for rule in RULES)
+        return
+    if not person.confirm("lift", LIFT.format(motor=motor.name)):
+        yield from (RuleResult.skip(rule, "it was not confirmed that the wheels are in the air") for rule in RULES)
+        return
+    action: Action
+    for rule, topic, action in (
+        ("motor-direction", "direction", "drive"),
+        ("motor-stop", "stop", "stop"),
+        ("motor-deadman", "deadman", "hang"),
+    ):
+        write(f"{rule}: the wheel turns")
+        duration_s = 1.5 if action == "drive" else 5.0
+        request = ChildRequest(
+            robot, motor.name, motor.max_velocity_rad_s * SHARE, action, duration_s=duration_s, hang_s=HANG_S
+        )
+        with run_program(request) as program:
+            result = program.await_event("result", START_S + duration_s)
+            failure = "" if result else program.describe_failure()
+        yield _judge(rule, topic, result, failure, person)
+
+
+def _judge(
+    rule: str, topic: str, result: Mapping[str, object] | None, failure: str, person: LoopbackPerson
+) -> RuleResult:
+    if result is None or result["exit_status"]:
+        return RuleResult.skip(rule, f"the run failed: {failure or (result or {})['reason']}")
+    question, choices = QUESTIONS[topic]
+    answer = person.choose(topic, question, choices)
+    if answer is None:
+        return RuleResult.skip(rule, "the question was skipped")
+    wanted = choices[GOOD[topic]]
+    verdict = Verdict.PASSED if answer == GOOD[topic] else Verdict.FAILED
+    return RuleResult(rule, verdict, choices[answer], wanted, "" if verdict is Verdict.PASSED else REMEDY[topic])

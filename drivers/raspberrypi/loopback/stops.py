@@ -1,0 +1,117 @@
+"""Measures how soon each way to stop pulls the motor's pin low: a command, the deadman, signals, the guardian."""
+
+from __future__ import annotations
+
+import signal
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import closing
+from pathlib import Path
+from typing import Any, NamedTuple
+
+from drivers.raspberrypi.cutoff import RELEASE_S
+from drivers.raspberrypi.loopback.board import MAX_RAD_S, MOTOR, write_loopback_robot
+from drivers.raspberrypi.loopback.child import Action, ChildRequest
+from drivers.raspberrypi.loopback.edges import EdgeRecorder
+from drivers.raspberrypi.loopback.processes import LoopbackProgram, run_program
+from drivers.raspberrypi.loopback.ticks import compute_lease
+from drivers.raspberrypi.loopback.wires import LoopbackWire
+from drivers.raspberrypi.motors.boards import MAX_SILENCE_S
+from drivers.raspberrypi.pins import open_pins
+from robotcore.hal.loopback import RuleResult
+from robotcore.safety.deadman import LOCK_TIMEOUT_S
+
+RATE_HZ = 20.0
+LEASE_S = compute_lease(RATE_HZ)
+SILENCE_S = LEASE_S + LOCK_TIMEOUT_S + MAX_SILENCE_S + RELEASE_S
+"""The guardian waits for its lease and for the longest silence of an app without a standby line. Then it kills the app,
+and the kernel releases the lines."""
+
+
+class StopWay(NamedTuple):
+    """A way to stop the motor."""
+
+    rule: str
+    action: Action
+    bound_s: float
+    """The promised time from the event until the pin is low: docs/safety.md."""
+    number: int = 0
+    """The signal that this test sends; 0 for none."""
+
+
+WAYS = (
+    StopWay("stop-command", "stop", 1 / RATE_HZ),
+    StopWay("stop-deadman", "hang", LEASE_S + LOCK_TIMEOUT_S),
+    StopWay("stop-sigterm", "drive", 0.1, signal.SIGTERM),
+    StopWay("stop-sigkill", "drive", RELEASE_S, signal.SIGKILL),
+    StopWay("stop-guardian", "block", SILENCE_S),
+)
+RULES = tuple(way.rule for way in WAYS)
+TRIALS = 3
+AFTER_S = 0.5
+"""The pin is watched for this time after the bound, so that it stays low."""
+
+WINDOW_S = 0.5
+"""The pin is watched for this time after a stop, after which the same program turns the motor again."""
+
+
+def measure_stops(wires: Sequence[LoopbackWire], folder: Path, write: Callable[[str], object]) -> Iterator[RuleResult]:
+    """Turn the motor at full duty in another program, stop it in each way, and yield the times at the pins."""
+    robot = write_loopback_robot(wires, folder)
+    for way in WAYS:
+        write(f"{way.rule}: {TRIALS} times, within {way.bound_s * 1e3:.0f} ms")
+        with closing(open_pins()) as pins:
+            yield _measure(way, str(robot), wires, pins)
+
+
+def _measure(way: StopWay, robot: str, wires: Sequence[LoopbackWire], pins: Any) -> RuleResult:
+    is_repeated = way.action in ("stop", "hang")  # in one program
+    request = ChildRequest(
+        robot, MOTOR, MAX_RAD_S, way.action, trials=TRIALS if is_repeated else 1, rate_hz=RATE_HZ, rest_after_s=0.5
+    )
+    times: list[float | None] = []
+    with EdgeRecorder(wires[0].input, pins) as forward, EdgeRecorder(wires[1].input, pins) as backward:
+        for _ in range(1 if is_repeated else TRIALS):
+            with run_program(request) as program:
+                if program.await_event("driving") is None:
+                    return RuleResult.skip(way.rule, f"the run failed: {program.describe_failure()}")
+                if not _turns(forward, pins):
+                    return RuleResult.skip(way.rule, "the pin did not become high. Check wire 1")
+                times += [_stop_once(way, program, forward, pins) for _ in range(request.trials)]
+        others = len(backward.edges)
+    return _judge(way, times, others)
+
+
+def _turns(forward: EdgeRecorder, pins: Any) -> bool:
+    return forward.is_high or forward.wait_for(is_high=True, since=pins.ticks(), timeout_s=2.0) is not None
+
+
+def _stop_once(way: StopWay, program: LoopbackProgram, forward: EdgeRecorder, pins: Any) -> float | None:
+    """Stop the motor, and return the seconds until its pin was low; None if it was not low in time, or rose again."""
+    if way.number:
+        at = float(pins.ticks())
+        program.send(way.number)
+    else:
+        event = program.await_event(way.action)
+        if event is None:
+            return None
+        at = float(event["at"])
+    return forward.find_stop(at, at + (way.bound_s + AFTER_S if way.number or way.action == "block" else WINDOW_S))
+
+
+def _judge(way: StopWay, times: Sequence[float | None], others: int) -> RuleResult:
+    bound = f"at most {way.bound_s * 1e3:.0f} ms"
+    low = [each for each in times if each is not None]
+    worst = max(low, default=0.0)
+    is_met = len(low) == len(times) and worst <= way.bound_s and not others
+    still = f", {len(times) - len(low)} of {len(times)} times still high" if len(low) < len(times) else ""
+    return RuleResult.judge(
+        way.rule,
+        f"worst {worst * 1e3:.1f} ms of {len(times)}{still}",
+        bound,
+        is_met=is_met,
+        reason="Do not drive with this Pi before you know why. Send the report",
+        worst_ms=round(worst * 1e3, 3),
+        trials=len(times),
+        still_high=len(times) - len(low),
+        edges_backward=others,
+    )

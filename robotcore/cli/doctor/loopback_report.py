@@ -1,0 +1,217 @@
+"""The report of a loopback test, as a file that the owner of a Pi can send: versions, values and verdicts only."""
+
+from __future__ import annotations
+
+import getpass
+import json
+import os
+import platform
+import re
+from collections import Counter
+from collections.abc import Iterable, Mapping
+from dataclasses import asdict
+from datetime import datetime, timezone
+from importlib.metadata import version
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, Literal
+
+from pydantic import BaseModel, ConfigDict, Field
+
+from robotcore.errors import UsageError
+from robotcore.files import replace_file, require_replaceable
+
+if TYPE_CHECKING:
+    from robotcore.hal.loopback import LoopbackRequest, RuleResult
+
+FORMAT = 1
+COMPLETE = "complete"
+"""The value of ``ended`` of a test that reached its end."""
+
+UNFINISHED = "the program ended before the test"
+"""The value of ``ended`` while the test runs. It stays if the program is killed."""
+
+HIDDEN = "…"
+_FILE = re.compile(r"[\w./~-]+\.(?:toml|py|json)\b")
+_PATH = re.compile(r"(?<![\w.…])/(?!dev/|proc/|sys/|etc/|boot/)[^\s:;,'\"()]+")
+_PROCESS = re.compile(r"process \d+(?: \([^)]*\))?")
+OPTION = "--report"
+
+
+def hide_private(text: str) -> str:
+    """Return a text without paths, programs, the host's name and the user's name.
+
+    >>> hide_private("GPIO 17 is held by process 812 (my_robot)")
+    'GPIO 17 is held by another program'
+    """
+    text = _PROCESS.sub("another program", text)
+    text = _FILE.sub(HIDDEN, _PATH.sub(HIDDEN, text))
+    for name in {platform.node(), platform.node().partition(".")[0], _find_user()} - {""}:
+        text = re.sub(rf"(?<!\w){re.escape(name)}(?!\w)", HIDDEN, text)
+    return text
+
+
+def _find_user() -> str:
+    try:
+        return getpass.getuser()
+    except (KeyError, OSError):  # a user without a name
+        return ""
+
+
+def build_default_name(now: datetime) -> Path:
+    """Return the file name of a report. It has the host's name, for the owner; the file's content has not."""
+    host = re.sub(r"[^\w-]", "-", platform.node().partition(".")[0]) or "pi"
+    return Path(f"robotcore-{host}-{now:%Y-%m-%d-%H%M}.json")
+
+
+def require_report_file(file: Path) -> None:
+    """Raise UsageError if a report cannot be written into a file."""
+    try:
+        require_replaceable(file)
+    except OSError as error:
+        raise _build_unwritable_error(file, error) from error
+
+
+def _build_unwritable_error(file: Path, error: OSError) -> UsageError:
+    text = f"{OPTION} {file}: {error.strerror}. Name a file that you can write, on a disk with free space"
+    return UsageError(text, kind="file-not-writable", file=str(file))
+
+
+class LoopbackReport:
+    """The results of a loopback test, and the facts about the machine.
+
+    board: the facts that the backend knows.
+    rules: the identifiers of all rules.
+    """
+
+    def __init__(
+        self, request: LoopbackRequest, wires: Iterable[tuple[int, int]], board: Mapping[str, str], rules: Iterable[str]
+    ) -> None:
+        self._facts = {
+            "date": f"{datetime.now(timezone.utc):%Y-%m-%d}",
+            "robotcore": version("robotcore"),
+            "python": platform.python_version(),
+            "kernel": hide_private(platform.release()),
+            "machine": platform.machine(),
+            "os": _find_system(),
+            "processors": os.cpu_count() or 0,
+            "board": {name: hide_private(text) for name, text in board.items()},
+        }
+        self._options = {
+            "wires": [list(wire) for wire in wires],
+            "rt": request.is_real_time,
+            "tick_test_s": request.tick_test_s,
+            "has_robot": request.robot is not None,
+        }
+        self._rules = tuple(rules)
+        self.results: list[RuleResult] = []
+        self.ended = UNFINISHED
+
+    def end(self, reason: str) -> None:
+        """Set how the test ended. The rules without a result are skipped."""
+        from robotcore.hal.loopback import RuleResult
+
+        self.ended = hide_private(reason)
+        done = {result.rule for result in self.results}
+        self.results += [RuleResult.skip(rule, f"not reached: {reason}") for rule in self._rules if rule not in done]
+
+    def count(self, verdict: str) -> int:
+        """Return the number of rules with a verdict."""
+        return Counter(result.verdict.value for result in self.results)[verdict]
+
+    @property
+    def exit_status(self) -> int:
+        """Return 0 if the test reached its end, and no rule failed."""
+        return int(self.ended != COMPLETE or self.count("failed") > 0)
+
+    def to_dict(self) -> dict[str, Any]:
+        """Return the report as data for JSON."""
+        return {
+            "format": FORMAT,
+            "ended": self.ended,
+            **self._facts,
+            "options": self._options,
+            **{verdict: self.count(verdict) for verdict in ("passed", "failed", "skipped")},
+            "rules": [self._format_result(result) for result in self.results],
+            "exit_status": self.exit_status,
+        }
+
+    @staticmethod
+    def _format_result(result: RuleResult) -> dict[str, Any]:
+        row = {**asdict(result), "verdict": result.verdict.value}
+        return {name: hide_private(value) if isinstance(value, str) else value for name, value in row.items()}
+
+    def save(self, file: Path) -> None:
+        """Write the report. Raises UsageError if that fails."""
+        try:
+            with replace_file(file) as part:
+                part.write_text(json.dumps(self.to_dict(), indent=1, ensure_ascii=False) + "\n", encoding="utf-8")
+        except OSError as error:
+            raise _build_unwritable_error(file, error) from error
+
+
+def _find_system() -> str:
+    try:
+        return platform.freedesktop_os_release().get("PRETTY_NAME", platform.system())
+    except OSError:
+        return platform.system()
+
+
+class _Rule(BaseModel):
+    model_config = ConfigDict(extra="ignore")
+
+    rule: str
+    verdict: str
+    values: dict[str, float] = Field(default_factory=dict)
+
+
+class _Board(BaseModel):
+    model: str = ""
+
+
+class _SavedReport(BaseModel):
+    """The part of a report's file that a row needs."""
+
+    model_config = ConfigDict(extra="ignore")
+
+    format: Literal[1]
+    ended: str
+    robotcore: str
+    os: str
+    board: _Board
+    passed: int
+    failed: int
+    skipped: int
+    rules: list[_Rule]
+
+
+STOPS = ("command", "deadman", "sigterm", "sigkill", "guardian")
+
+
+def format_row(file: Path) -> str:
+    """Return the row of a report for the table in the QUALITY.md of a driver. Raises UsageError for another file."""
+    try:
+        report = _SavedReport.model_validate_json(file.read_text(encoding="utf-8"))
+    except OSError as error:
+        text = f"--row {file}: {error.strerror}. Name the report of robotcore doctor --loopback"
+        raise UsageError(text, kind="file-not-readable", file=str(file)) from error
+    except ValueError as error:  # also the ValidationError of pydantic
+        text = f"--row {file}: is no report of format {FORMAT}. Name the report of robotcore doctor --loopback"
+        raise UsageError(text, kind="no-report", file=str(file)) from error
+    values = {rule.rule: rule.values for rule in report.rules}
+    worst = " / ".join(_format_ms(values.get(f"ticks-{rate}hz", {})) for rate in (20, 50))
+    stops = " / ".join(_format_ms(values.get(f"stop-{stop}", {})) for stop in STOPS)
+    ended = "" if report.ended == COMPLETE else ", not complete"
+    cells = (
+        report.board.model or "unknown",
+        report.os,
+        report.robotcore,
+        f"{report.passed} / {report.failed} / {report.skipped}{ended}",
+        worst,
+        stops,
+        f"[report]({file.name})",
+    )
+    return f"| {' | '.join(cell.replace('|', HIDDEN) for cell in cells)} |"
+
+
+def _format_ms(values: Mapping[str, float]) -> str:
+    return f"{values['worst_ms']:.1f}" if "worst_ms" in values else "–"

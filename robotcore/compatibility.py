@@ -1,0 +1,112 @@
+"""The version of this robotcore, and whether a file or a package that names a range of versions works with it."""
+
+from __future__ import annotations
+
+from functools import cache
+from importlib.metadata import PackageNotFoundError, version
+from typing import TYPE_CHECKING, NamedTuple
+
+from robotcore.errors import UsageError
+
+if TYPE_CHECKING:
+    from collections.abc import Iterable
+
+    from packaging.specifiers import SpecifierSet
+
+PACKAGE = "robotcore"
+
+UPDATE = "Update robotcore"
+"""The remedy for a file or a package of a newer robotcore."""
+
+
+class UnmetRange(NamedTuple):
+    """A range of versions that this robotcore is not in."""
+
+    needed: str
+    """The range, such as ``>=0.3``."""
+    installed: str
+    """The version of this robotcore."""
+    remedy: str
+    """An instruction for the user, as a sentence without its full stop."""
+
+
+@cache
+def read_version() -> str:
+    """Return the version of this robotcore. Raises UsageError if robotcore is not installed.
+
+    The version stands in ``pyproject.toml`` only. Installing robotcore copies it into the metadata that are read here.
+    """
+    try:
+        return version(PACKAGE)
+    except PackageNotFoundError:
+        text = "robotcore is not installed in this environment, so its version is unknown. Install it: pip install -e ."
+        raise UsageError(text, kind="nothing-registered") from None
+
+
+def format_minimum() -> str:
+    """Return the range from the first release of this minor version on, such as ``>=0.1``."""
+    return f">={'.'.join(read_version().split('.')[:2])}"
+
+
+def is_newer(other: str) -> bool:
+    """Return whether a version is newer than this robotcore. A text that is no version is not newer.
+
+    >>> is_newer("1000.0"), is_newer("0.0.1"), is_newer("unknown")
+    (True, False, False)
+    """
+    from packaging.version import InvalidVersion, Version
+
+    try:
+        return Version(other) > Version(read_version())
+    except InvalidVersion:
+        return False
+
+
+def check_range(needed: str) -> UnmetRange | None:
+    """Return the range if this robotcore is not in it, else None.
+
+    needed: the range, such as ``>=0.2`` or ``>=0.2,<1``, in the syntax of pip.
+
+    Raises ValueError for a text that is no range.
+
+    >>> check_range(">=0.0.1")
+    >>> check_range(">=1000").remedy
+    'Update robotcore'
+    """
+    from packaging.specifiers import SpecifierSet
+
+    return _compare(SpecifierSet(needed))
+
+
+def check_requirements(requirements: Iterable[str]) -> UnmetRange | None:
+    """Return the range of robotcore that a package requires if this robotcore is not in it, else None.
+
+    requirements: the requirements of the package, such as ``robotcore[sim]>=0.2``.
+    """
+    from packaging.requirements import InvalidRequirement, Requirement
+    from packaging.utils import canonicalize_name
+
+    for text in requirements:
+        try:
+            requirement = Requirement(text)
+        except InvalidRequirement:  # old tools installed packages with such metadata
+            continue
+        is_extra = requirement.marker is not None and not requirement.marker.evaluate({"extra": ""})
+        if canonicalize_name(requirement.name) == PACKAGE and not is_extra:
+            return _compare(requirement.specifier)
+    return None
+
+
+def _compare(needed: SpecifierSet) -> UnmetRange | None:
+    from packaging.version import Version
+
+    installed = read_version()
+    # A version under development or a release candidate has what its release will have.
+    if needed.contains(Version(installed).base_version, prereleases=True):
+        return None
+    is_old = any(
+        each.operator in (">=", ">", "~=", "==") and Version(each.version.removesuffix(".*")) >= Version(installed)
+        for each in needed
+    )
+    remedy = UPDATE if is_old else "Install a version of robotcore in this range"
+    return UnmetRange(str(needed), installed, remedy)

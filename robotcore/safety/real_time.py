@@ -1,0 +1,247 @@
+"""The real-time priority of a run's ticks (``--rt``), and the protection of the machine from an app that hangs with it.
+
+Linux alone has these calls. The modules for them are imported where they are used, so that other systems can import
+this one.
+"""
+
+from __future__ import annotations
+
+import os
+import signal
+import sys
+import threading
+from collections.abc import Callable, Iterable
+from contextlib import suppress
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from robotcore.errors import UsageError
+
+TICK_PRIORITY, STOP_PRIORITY = 20, 30
+"""The priorities of the tick's thread, and of everything that stops the motors: guardian, deadman and watchdog.
+
+The kernel's own threads for interrupts have 50. Source: Linux, kernel/sched/core.c, sched_set_fifo.
+"""
+
+STOP_THREADS = frozenset({"clock", "watchdog", "reserve"})
+"""The names of the threads that stop the motors: the deadman's, the watchdog's, and those of `Reserve`."""
+
+HANG_S, KILL_S = 1.0, 5.0
+"""The longest step of an app with real-time priority, and the longest use of a processor without a pause, in seconds.
+
+After `HANG_S` the run loses its priority: the watchdog takes it away, or the signal SIGXCPU. After `KILL_S` the kernel
+ends the process, because Python did not act: a call in C holds the interpreter's lock. The guardian then stops the
+motors.
+"""
+
+_ALL_MEMORY = 1 | 2 | 4
+"""MCL_CURRENT, MCL_FUTURE and MCL_ONFAULT of mlockall(2): lock present and future pages as soon as they are used."""
+
+_MAY_LOCK = 1 << 14
+"""CAP_IPC_LOCK in the field CapEff of proc_pid_status(5)."""
+
+REMEDY = (
+    "Write two lines with your user's name into /etc/security/limits.d/robotcore.conf, and log in again: "
+    f"'USER - rtprio {STOP_PRIORITY}' and 'USER - memlock unlimited'. For a service of systemd: "
+    f"LimitRTPRIO={STOP_PRIORITY} and LimitMEMLOCK=infinity, see docs/safety.md"
+)
+
+
+def require_real_time() -> None:
+    """Raise UsageError if this system has no real-time priorities."""
+    if not (sys.platform.startswith("linux") and hasattr(os, "sched_setscheduler")):
+        text = f"--rt needs Linux, and this system is {sys.platform}. Leave --rt out"
+        raise UsageError(text, kind="no-real-time", system=sys.platform)
+
+
+@dataclass(frozen=True)
+class Priorities:
+    """The priorities that the system grants, from 1 to 99."""
+
+    tick: int
+    stop: int
+
+
+def find_priorities() -> tuple[Priorities | None, str]:
+    """Return the priorities that this process may use, and an empty text; or None, and the reason with a remedy.
+
+    It raises the soft limit RTPRIO to the hard limit. The thread keeps its own priority.
+    """
+    if len(os.sched_getaffinity(0)) < 2:
+        return None, "--rt: no real-time priority, because the run has one processor only. A hung app would block it"
+    if threading.current_thread() is not threading.main_thread():
+        return None, "--rt: no real-time priority, because the run is not in the main thread. Run it there"
+    import resource
+
+    _raise_soft_limit(resource.RLIMIT_RTPRIO)
+    limit = resource.getrlimit(resource.RLIMIT_RTPRIO)[0]
+    for stop in dict.fromkeys((STOP_PRIORITY, min(limit, STOP_PRIORITY))):
+        if stop >= 2 and _may_have(stop):
+            return Priorities(max(1, stop - (STOP_PRIORITY - TICK_PRIORITY)), stop), ""
+    return None, f"--rt: no real-time priority, because the limit RTPRIO of this user is {limit}. {REMEDY}"
+
+
+def _may_have(priority: int) -> bool:
+    try:
+        set_priority(0, priority)
+    except PermissionError:
+        return False
+    drop_priority(0)
+    return True
+
+
+def set_priority(thread: int, priority: int) -> None:
+    """Give a thread or the main thread of a process a real-time priority. Raises PermissionError.
+
+    thread: its number in the system; 0 for the calling thread.
+
+    Threads and processes that it starts later have no such priority.
+    """
+    policy = os.SCHED_FIFO | os.SCHED_RESET_ON_FORK
+    os.sched_setscheduler(thread, policy, os.sched_param(priority))
+
+
+def drop_priority(thread: int) -> None:
+    """Give a thread the normal priority."""
+    # Without the flag, the call needs a right that an ordinary user lacks.
+    os.sched_setscheduler(thread, os.SCHED_OTHER | os.SCHED_RESET_ON_FORK, os.sched_param(0))
+
+
+def set_process_priority(process: int, priority: int) -> None:
+    """Give a process a real-time priority, also to its later threads. Raises PermissionError, ProcessLookupError."""
+    os.sched_setscheduler(process, os.SCHED_FIFO, os.sched_param(priority))
+
+
+def lock_memory() -> str:
+    """Lock this process's memory into RAM, so that no page is read from the disk again. Return the problem, if any.
+
+    Pages that were never used take no RAM. With a limit of locked memory, nothing is locked: later, the system would
+    refuse the app new memory.
+    """
+    import ctypes
+    import resource
+
+    memlock = 8  # RLIMIT_MEMLOCK, which Python's module does not name before 3.12
+    memlock = getattr(resource, "RLIMIT_MEMLOCK", memlock)
+    _raise_soft_limit(memlock)
+    limit = resource.getrlimit(memlock)[0]
+    if limit != resource.RLIM_INFINITY and not _may_lock_memory():
+        return f"--rt: the memory is not locked, because the limit MEMLOCK of this user is {limit >> 10} KB. {REMEDY}"
+    libc = ctypes.CDLL(None, use_errno=True)
+    if libc.mlockall(_ALL_MEMORY):
+        return f"--rt: the memory is not locked: {os.strerror(ctypes.get_errno())}. {REMEDY}"
+    return ""
+
+
+def unlock_memory() -> None:
+    """Undo `lock_memory`."""
+    import ctypes
+
+    ctypes.CDLL(None).munlockall()
+
+
+def _may_lock_memory() -> bool:
+    lines = Path("/proc/self/status").read_text(encoding="utf-8").splitlines()
+    rights = next((int(line.split()[1], 16) for line in lines if line.startswith("CapEff:")), 0)
+    return bool(rights & _MAY_LOCK)
+
+
+def _raise_soft_limit(which: int) -> None:
+    import resource
+
+    with suppress(OSError, ValueError):
+        hard = resource.getrlimit(which)[1]
+        resource.setrlimit(which, (hard, hard))
+
+
+class RealTimeTicks:
+    """Locks the memory, and gives the tick's thread a real-time priority from the end of the first tick on.
+
+    In the first tick an app may import libraries and load models. Nothing moves yet.
+
+    report: a function that gets a note if something is refused, or if the app has lost the priority.
+    """
+
+    def __init__(self, report: Callable[[str], object]) -> None:
+        self._report = report
+        self.priorities, problem = find_priorities()
+        """The granted priorities; None if the system grants none."""
+        if refused := lock_memory():
+            problem = problem.removesuffix(f". {REMEDY}")  # the second note has it
+        for note in filter(None, (problem, refused)):
+            report(note)
+        self._threads: list[int] = []
+        """The threads that have a real-time priority, by their numbers in the system."""
+        self._before: tuple[Any, tuple[int, int]] | None = None
+        """The handler of SIGXCPU and the limits RTTIME before, while the priority may be in force."""
+
+    def begin_after_first_tick(self, _record: object) -> None:
+        """Begin at the first call. The loop calls it at the end of each tick, in the tick's thread."""
+        if self._before is None and self.priorities:
+            self._limit_hangs()
+            for thread in threading.enumerate():
+                if thread.name in STOP_THREADS and thread.native_id:
+                    self._set_priority(thread.native_id, self.priorities.stop)
+            self._set_priority(threading.get_native_id(), self.priorities.tick)
+
+    def end(self) -> None:
+        """Return to the normal priority, and unlock the memory. A second call does nothing."""
+        unlock_memory()
+        self._drop_priorities()
+        if self._before:
+            import resource
+
+            handler, limits = self._before
+            self._before = self.priorities = None
+            hard = resource.getrlimit(resource.RLIMIT_RTTIME)[1]
+            try:
+                resource.setrlimit(resource.RLIMIT_RTTIME, limits)
+            except (OSError, ValueError):  # only root may raise the hard limit again
+                resource.setrlimit(resource.RLIMIT_RTTIME, (_least(limits[0], hard), hard))
+            signal.signal(signal.SIGXCPU, handler)
+
+    def _set_priority(self, thread: int, priority: int) -> None:
+        with suppress(ProcessLookupError):  # it has just ended
+            set_priority(thread, priority)
+            self._threads.append(thread)
+
+    def _drop_priorities(self) -> None:
+        while self._threads:
+            with suppress(ProcessLookupError):
+                drop_priority(self._threads.pop())
+
+    def _limit_hangs(self) -> None:
+        import resource
+
+        limits = resource.getrlimit(resource.RLIMIT_RTTIME)
+        self._before = signal.signal(signal.SIGXCPU, self.drop), limits
+        hard = _least(limits[1], int(KILL_S * 1e6))
+        resource.setrlimit(resource.RLIMIT_RTTIME, (_least(int(HANG_S * 1e6), hard), hard))
+
+    def drop(self, *_: object) -> None:
+        """Return to the normal priority for the rest of the run, and report it. Any thread may call it."""
+        if self._threads:
+            self._drop_priorities()
+            self._report(
+                f"--rt: a tick took longer than {HANG_S:g} s, so the run goes on with the normal priority. Let the "
+                "app's step return in time"
+            )
+
+
+def _least(first: int, second: int) -> int:
+    limits: Iterable[int] = (limit for limit in (first, second) if limit >= 0)  # -1 is no limit
+    return min(limits, default=-1)
+
+
+def read_real_time() -> dict[str, int]:
+    """Return the real-time priority of this thread, 0 for the normal one, and the locked memory of the process in KB.
+
+    Another system than Linux has neither.
+    """
+    if not hasattr(os, "sched_getscheduler"):
+        return {"priority": 0, "locked_kb": 0}
+    is_real_time = os.sched_getscheduler(0) & ~os.SCHED_RESET_ON_FORK == os.SCHED_FIFO
+    lines = Path("/proc/self/status").read_text(encoding="utf-8").splitlines()
+    locked = next((int(line.split()[1]) for line in lines if line.startswith("VmLck:")), 0)
+    return {"priority": os.sched_getparam(0).sched_priority if is_real_time else 0, "locked_kb": locked}

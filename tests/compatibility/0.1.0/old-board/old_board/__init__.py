@@ -1,0 +1,1 @@
+"""A backend of robotcore for robots on old-board."""

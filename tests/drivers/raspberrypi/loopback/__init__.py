@@ -1,0 +1,1 @@
+"""Tests of the loopback test, on mock lines that wires connect."""

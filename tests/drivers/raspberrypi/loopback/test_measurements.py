@@ -1,0 +1,101 @@
+from __future__ import annotations
+
+from typing import Any
+
+import pytest
+
+from drivers.raspberrypi.loopback.echoes import measure_echoes
+from drivers.raspberrypi.loopback.encoder_edges import measure_encoders
+from drivers.raspberrypi.loopback.outputs import measure_levels, measure_pwm
+from drivers.raspberrypi.loopback.spread import Spread
+from drivers.raspberrypi.loopback.ticks import Jitter, judge_jitter
+from robotcore.hal.loopback import RuleResult, Verdict
+from tests.drivers.raspberrypi.loopback.conftest import WIRES
+
+SWAPPED = (WIRES[1]._replace(output=WIRES[0].output), WIRES[0]._replace(output=WIRES[1].output))
+"""Wires whose outputs are swapped."""
+
+
+def by_rule(results: Any) -> dict[str, RuleResult]:
+    return {result.rule: result for result in results}
+
+
+def test_levels_follow_over_both_wires(wired_pins: Any) -> None:
+    found = by_rule(measure_levels(WIRES, wired_pins))
+    assert (found["levels"].verdict, found["levels"].values) == (Verdict.PASSED, {"wrong": 0, "levels": 100})
+    assert 0 < found["output-latency"].values["worst_ms"] < 100
+
+
+@pytest.mark.slow
+def test_levels_that_do_not_follow_are_counted_and_there_is_no_latency(
+    wired_pins: Any, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("drivers.raspberrypi.loopback.outputs.LATE_S", 0.01)
+    found = by_rule(measure_levels([WIRES[0]._replace(output=13)], wired_pins))
+    assert (found["levels"].verdict, found["output-latency"].verdict) == (Verdict.FAILED, Verdict.SKIPPED)
+    assert found["levels"].values["wrong"] == 50
+
+
+@pytest.mark.slow
+def test_the_duty_of_a_motor_is_seen_at_the_other_end(wired_pins: Any) -> None:
+    """The double of lgpio is polled, so its frequency is not exact on a busy machine."""
+    found = by_rule(measure_pwm(WIRES, wired_pins))
+    for duty in (25, 50, 75):
+        values = found[f"pwm-duty-{duty}"].values
+        assert values["duty"] == pytest.approx(duty / 100, abs=0.1)
+        assert values["edges_backward"] == 0
+
+
+@pytest.mark.slow
+def test_pwm_on_the_wrong_wire_fails(wired_pins: Any, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("drivers.raspberrypi.loopback.outputs.PWM_S", 0.1)
+    found = by_rule(measure_pwm(SWAPPED, wired_pins))
+    assert found["pwm-duty-50"].verdict is Verdict.FAILED
+
+
+@pytest.mark.slow
+def test_the_drivers_of_encoders_count_every_edge_and_both_directions_of_quadrature(
+    wired_pins: Any, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("drivers.raspberrypi.loopback.encoder_edges.RATES", (200,))
+    found = by_rule(measure_encoders(WIRES, wired_pins))
+    assert {rule: each.values["lost"] for rule, each in found.items()} == {"pulses-200": 0, "quadrature-200": 0}
+    reversed_ = by_rule(measure_encoders(SWAPPED, wired_pins))
+    assert reversed_["quadrature-200"].verdict is Verdict.FAILED  # counts backward
+
+
+@pytest.mark.slow
+def test_the_driver_of_the_ultrasonic_module_measures_the_echo_of_a_known_length(
+    wired_pins: Any, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("drivers.raspberrypi.loopback.echoes.DISTANCES_M", (1.0,))
+    monkeypatch.setattr("drivers.raspberrypi.loopback.echoes.RULES", ("echo-100cm",))
+    (found,) = measure_echoes(WIRES, wired_pins)
+    assert found.values["echoes"] == 10
+    assert found.values["median_error_m"] < 0.2
+
+
+@pytest.mark.slow
+def test_without_an_echo_the_rule_fails_with_the_reason(wired_pins: Any) -> None:
+    found = next(measure_echoes((WIRES[0], WIRES[1]._replace(output=13)), wired_pins))
+    assert (found.verdict, found.measured) == (Verdict.FAILED, "no echo")
+    assert "trigger" in found.reason
+
+
+def test_jitter_is_the_difference_from_the_period_and_a_late_tick_counts() -> None:
+    jitter = Jitter.of([0.0, 0.05, 0.13, 0.15], 20.0)
+    assert jitter.overruns == 1
+    assert jitter.spread == pytest.approx(Spread(0.03, 0.03, 0.03))
+
+
+@pytest.mark.parametrize(
+    "late_s, verdict", [(0.0, Verdict.PASSED), (0.024, Verdict.PASSED), (0.03, Verdict.FAILED), (0.08, Verdict.FAILED)]
+)
+def test_ticks_fail_if_more_than_one_in_a_hundred_is_late_by_half_a_period(late_s: float, verdict: Verdict) -> None:
+    times = [number * 0.05 + (late_s if number % 20 == 19 else 0.0) for number in range(201)]
+    assert judge_jitter("ticks-20hz", Jitter.of(times, 20.0), 20.0).verdict is verdict
+
+
+def test_ticks_fail_if_the_deadman_had_stopped_the_motors_once() -> None:
+    times = [number * 0.05 + (0.076 if number >= 500 else 0.0) for number in range(1000)]
+    assert judge_jitter("ticks-20hz", Jitter.of(times, 20.0), 20.0).verdict is Verdict.FAILED

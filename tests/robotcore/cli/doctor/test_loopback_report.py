@@ -1,0 +1,112 @@
+from __future__ import annotations
+
+import getpass
+import json
+import platform
+from pathlib import Path
+
+import pytest
+
+from robotcore.cli.doctor.loopback_report import COMPLETE, UNFINISHED, LoopbackReport, format_row, hide_private
+from robotcore.errors import UsageError
+from robotcore.hal.loopback import LoopbackRequest, RuleResult
+from tests.robotcore.cli.conftest import Cli
+from tests.texts import CheckText, Raises
+
+PASSED = RuleResult.judge("ticks-20hz", "p50 1 ms", "p99 25 ms", is_met=True, worst_ms=31.5)
+FAILED = RuleResult.judge("stop-sigkill", "worst 400 ms", "at most 300 ms", is_met=False, reason="No", worst_ms=400.0)
+
+
+def build(*results: RuleResult) -> LoopbackReport:
+    board = {"model": "Raspberry Pi 4 Model B Rev 1.4", "lgpio": "0.2.2.0"}
+    report = LoopbackReport(LoopbackRequest(), [(20, 21)], board, ["ticks-20hz", "stop-sigkill", "motor-stop"])
+    report.results += results
+    return report
+
+
+def test_a_report_that_was_not_ended_says_so() -> None:
+    assert build(PASSED).to_dict()["ended"] == UNFINISHED
+
+
+def test_rules_that_were_not_reached_are_skipped_with_the_reason() -> None:
+    report = build(PASSED)
+    report.end("interrupted by SIGINT")
+    found = report.to_dict()
+    assert [(rule["rule"], rule["verdict"]) for rule in found["rules"]][1:] == [
+        ("stop-sigkill", "skipped"),
+        ("motor-stop", "skipped"),
+    ]
+    assert found["rules"][2]["reason"] == "not reached: interrupted by SIGINT"
+    assert (found["passed"], found["skipped"], found["exit_status"]) == (1, 2, 1)
+
+
+@pytest.mark.parametrize("results, status", [((PASSED,), 0), ((PASSED, FAILED), 1)])
+def test_the_exit_status_is_1_if_a_rule_failed(results: tuple[RuleResult, ...], status: int) -> None:
+    report = build(*results)
+    report.end(COMPLETE)
+    assert report.exit_status == status
+
+
+def test_the_report_has_versions_and_the_model() -> None:
+    found = build().to_dict()
+    assert found["board"]["model"].startswith("Raspberry Pi 4")
+    assert {"robotcore", "python", "kernel", "machine", "os", "processors"} <= found.keys()
+
+
+@pytest.mark.parametrize(
+    "text, hidden",
+    [
+        (f"{Path.home()}/my/robot.toml: wrong", "…: wrong"),
+        ("my_robot.toml: wrong, at ../secret_app.py:12", "…: wrong, at …:12"),
+        ("/home/me/a folder", "… folder"),
+        ("held by process 812 (secret_app)", "held by another program"),
+        ("no permission for /dev/gpiochip0", "no permission for /dev/gpiochip0"),
+        ("at 1000 edges/s, 3 / 4", "at 1000 edges/s, 3 / 4"),
+        (f"on {platform.node()} for {getpass.getuser()}!", "on … for …!"),
+    ],
+)
+def test_private_parts_of_a_text_are_hidden(text: str, hidden: str) -> None:
+    assert hide_private(text) == hidden
+
+
+def test_a_row_has_the_columns_of_the_table(tmp_path: Path) -> None:
+    report = build(PASSED, FAILED)
+    report.end(COMPLETE)
+    report.save(tmp_path / "pi.json")
+    saved = json.loads((tmp_path / "pi.json").read_text())
+    row = format_row(tmp_path / "pi.json")
+    quality = Path(__file__).parents[4] / "drivers" / "raspberrypi" / "QUALITY.md"
+    header = next(line for line in quality.read_text().splitlines() if line.startswith("| Model |"))
+    assert row.count("|") == header.count("|")
+    cells = [cell.strip() for cell in row.strip("|").split("|")]
+    assert cells[0] == "Raspberry Pi 4 Model B Rev 1.4"
+    assert cells[2:] == [saved["robotcore"], "1 / 1 / 1", "31.5 / –", "– / – / – / 400.0 / –", "[report](pi.json)"]
+
+
+def test_the_row_of_a_partial_report_says_so(tmp_path: Path) -> None:
+    build(PASSED).save(tmp_path / "pi.json")
+    assert "1 / 0 / 0, not complete" in format_row(tmp_path / "pi.json")
+
+
+def test_a_file_that_is_no_report_is_an_error(tmp_path: Path, raises: Raises) -> None:
+    (tmp_path / "other.json").write_text('{"format": 7}')
+    with raises(UsageError, "no-report", file=str(tmp_path / "other.json")):
+        format_row(tmp_path / "other.json")
+
+
+def test_a_missing_file_is_an_error(tmp_path: Path, raises: Raises) -> None:
+    with raises(UsageError, "file-not-readable"):
+        format_row(tmp_path / "none.json")
+
+
+@pytest.mark.parametrize("option", [("--wire", "20:21"), ("--motor", "m"), ("--rt",), ("--answer", "a=b")])
+def test_an_option_of_the_loopback_test_needs_it(cli: Cli, option: tuple[str, ...], check_text: CheckText) -> None:
+    answer = cli("doctor", *option)
+    assert answer.status == 2
+    check_text(answer.err)
+
+
+def test_a_wire_is_two_gpios(cli: Cli, check_text: CheckText) -> None:
+    answer = cli("doctor", "--loopback", "--wire", "20-21")
+    assert answer.status == 2
+    check_text(answer.err)
