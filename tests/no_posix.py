@@ -33,14 +33,15 @@ MODULES = {"fcntl", "termios", "resource", "pty", "tty", "pwd", "grp", "crypt", 
 NAMES = {
     "os": """
         fork forkpty register_at_fork set_blocking get_blocking killpg getpgid getpgrp setpgid setsid getsid
-        getuid geteuid getgid getegid getgroups sched_getaffinity sched_setaffinity sched_yield nice mkfifo
-        mknod fchmod fchown chown chroot fchdir fstatvfs statvfs openpty ttyname tcgetpgrp tcsetpgrp major minor
-        makedev pread pwrite memfd_create pidfd_open wait wait3 wait4 waitid WIFEXITED WIFSIGNALED WEXITSTATUS
-        WTERMSIG WNOHANG O_NONBLOCK O_NOCTTY O_NOFOLLOW O_DIRECTORY O_CLOEXEC O_SYNC uname getloadavg sysconf
-        confstr ctermid sendfile posix_spawn getpriority setpriority getxattr setxattr""",
+        getuid geteuid getgid getegid getgroups sched_getaffinity sched_setaffinity sched_yield
+        sched_setscheduler sched_getscheduler sched_getparam sched_param SCHED_FIFO nice mkfifo mknod fchmod
+        fchown chown chroot fchdir fstatvfs statvfs openpty ttyname tcgetpgrp tcsetpgrp major minor makedev
+        pread pwrite memfd_create pidfd_open wait wait3 wait4 waitid WIFEXITED WIFSIGNALED WEXITSTATUS WTERMSIG
+        WNOHANG O_NONBLOCK O_NOCTTY O_NOFOLLOW O_DIRECTORY O_CLOEXEC O_SYNC uname getloadavg sysconf confstr
+        ctermid sendfile posix_spawn getpriority setpriority getxattr setxattr""",
     "signal": """
         SIGHUP SIGQUIT SIGKILL SIGALRM SIGUSR1 SIGUSR2 SIGCHLD SIGCONT SIGSTOP SIGTSTP SIGTTIN SIGTTOU SIGURG
-        SIGPIPE SIGWINCH SIGRTMIN SIGRTMAX SIG_BLOCK SIG_UNBLOCK SIG_SETMASK ITIMER_REAL pthread_kill
+        SIGPIPE SIGXCPU SIGWINCH SIGRTMIN SIGRTMAX SIG_BLOCK SIG_UNBLOCK SIG_SETMASK ITIMER_REAL pthread_kill
         pthread_sigmask setitimer getitimer alarm pause sigwait sigwaitinfo sigtimedwait sigpending siginterrupt
         pidfd_send_signal""",
     "socket": """

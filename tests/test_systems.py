@@ -16,6 +16,8 @@ ROOT = Path(robotcore.__file__).parent.parent
 
 LINUX_ONLY = {
     "robotcore.sweep.supervisor": "adopts orphaned processes, an ability of the kernel of Linux",
+    "drivers.raspberrypi.loopback.stops": "ends programs on a Pi by the signals of POSIX",
+    "drivers.raspberrypi.loopback.pi_test": "tests a Pi, and imports `stops`",
 }
 """The modules that need Linux when they are imported, with the reason. Others import on every system."""
 
@@ -24,6 +26,7 @@ TYPED_LINUX_ONLY = {
     "robotcore/simulation/render_worker/client.py": "shares memory by memfd_create; elsewhere the run renders itself",
     "robotcore/runtime/active_runs.py": "finds processes in /proc; elsewhere it raises an error before",
     "robotcore/processes.py": "finds processes in /proc; elsewhere it returns an empty list before",
+    "robotcore/safety/real_time.py": "sets priorities of Linux; elsewhere --rt is refused",
     "robotcore/cli/estop_key.py": "reads a POSIX terminal; elsewhere a run has a note",
     "robotcore/cli/app_terminal.py": "opens a pseudo-terminal for an app beside estop_key.py",
     "robotcore/hardware/firmware/board.py": "asks a board by a POSIX terminal; elsewhere it raises an error before",
@@ -100,6 +103,7 @@ main()
         (["run", "avoid-obstacles", "--backend", "raspberrypi"], 3, "the backend 'raspberrypi' needs"),
         (["stop"], 3, "robotcore stop without --backend needs"),
         (["stop", "--backend", "raspberrypi"], 3, "the backend 'raspberrypi' needs"),
+        (["doctor", "--loopback", "--backend", "raspberrypi"], 3, "the backend 'raspberrypi' needs"),
         (["firmware", "flash", "--port", "COM3"], 3, "robotcore firmware flash needs"),
         (
             ["run", "avoid-obstacles", "--backend", "serial", "--port", "COM3", "--robot", "rover"],
@@ -107,7 +111,7 @@ main()
             "there is no COM3",
         ),
     ],
-    ids=["deploy", "raspberrypi", "stop", "stop-raspberrypi", "firmware", "serial"],
+    ids=["deploy", "raspberrypi", "stop", "stop-raspberrypi", "loopback", "firmware", "serial"],
 )
 def test_a_command_that_needs_posix_says_so(arguments: list[str], status: int, text: str) -> None:
     done = run_hidden(COMMAND, *arguments)

@@ -40,8 +40,11 @@ class RaspberryPiBackend(HardwareBackend):
 
     def require_installed(self) -> None:
         if not self.needs_world:  # virtual pins need no kernel
-            require_linux("the backend 'raspberrypi'", "the GPIO chips and buses of Linux", AT_THE_DESK)
+            self._require_kernel()
         super().require_installed()
+
+    def _require_kernel(self) -> None:
+        require_linux(f"the backend {self.name!r}", "the GPIO chips and buses of Linux", AT_THE_DESK)
 
     def place(self, connection: Connection) -> Sequence[Connection]:
         return resolve_pins(connection)
@@ -71,6 +74,7 @@ class RaspberryPiBackend(HardwareBackend):
     def plan_loopback(self, request: LoopbackRequest) -> LoopbackTest:
         if self.needs_world:  # virtual pins have no wires
             return super().plan_loopback(request)
+        self._require_kernel()
         from drivers.raspberrypi.loopback.pi_test import PiLoopbackTest
 
         if not self.is_installed:
