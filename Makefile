@@ -11,7 +11,7 @@ UV := $(shell command -v uv 2>/dev/null)
 INSTALL := $(if $(UV),$(UV) pip install --quiet --python $(BIN)/python,$(BIN)/python -m pip install --quiet --disable-pip-version-check)
 
 .DEFAULT_GOAL := help
-.PHONY: help demo install test test-slow test-all system system-package system-container system-gpio system-arm64 system-deploy system-firmware system-coppeliasim system-vrep lint types rules package docs coverage check clean
+.PHONY: help demo install test test-slow test-portable test-all system system-package system-container system-gpio system-arm64 system-deploy system-firmware system-coppeliasim system-vrep lint types rules package docs coverage check clean
 
 help:  ## list the targets
 	@grep -hE '^[a-z0-9-]+:.*##' $(MAKEFILE_LIST) | sed -E 's/:.*## /\t/' | expand -t 14
@@ -42,6 +42,9 @@ test: $(READY)  ## run the quick tests, on all cores
 
 test-slow: $(READY)  ## run the slow tests: whole runs, processes, servers and ssh
 	@$(BIN)/python -m pytest -n auto --dist worksteal -m slow $(ARGS)
+
+test-portable: $(READY)  ## run the quick tests of the core while POSIX is hidden, as on Windows
+	@$(BIN)/python -m pytest -p tests.no_posix -n auto --dist worksteal -m 'not slow' $(ARGS) @tests/portable.txt
 
 test-all:  ## run the quick tests on every Python from 3.10 to 3.13 that is on this machine
 	@for version in 3.10 3.11 3.12 3.13; do \

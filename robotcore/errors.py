@@ -11,6 +11,7 @@
     │   ├── BackendMissingError (ImportError)  a backend's library is not installed
     │   ├── GuardianError                    the process that can stop the motors is gone
     │   ├── ResourceError                    the system refuses a thread or memory
+    │   ├── UnsupportedSystemError           the operating system lacks what a feature needs
     │   └── RecordingEndedError (EOFError)   a replay has reached the end of its recording
     ├── DeviceError (OSError)                a device failed: exit 3
     │   ├── DeviceClosedError                a device was used after it was closed
@@ -44,6 +45,7 @@ from __future__ import annotations
 import signal
 from collections.abc import Mapping, Sequence
 from math import degrees
+from pathlib import PurePath
 from traceback import extract_tb, format_exception
 from types import MappingProxyType, TracebackType
 from typing import Any, ClassVar
@@ -290,6 +292,24 @@ class ResourceError(BackendError):
             "the app"
         )
         self.refusal = refusal
+
+
+class UnsupportedSystemError(BackendError):
+    """The operating system lacks what a feature needs, such as Windows a GPIO chip.
+
+    feature: the command, the backend or the function, such as ``the backend 'raspberrypi'``.
+    needed: a noun phrase for what the feature needs.
+    remedy: an instruction for the user, as a sentence without its full stop.
+
+    >>> str(UnsupportedSystemError("robotcore deploy", "POSIX pipes", "Run it in WSL"))
+    'robotcore deploy needs POSIX pipes, which this operating system lacks. Run it in WSL'
+    """
+
+    kind = "unsupported-system"
+
+    def __init__(self, feature: str, needed: str, remedy: str) -> None:
+        text = f"{feature} needs {needed}, which this operating system lacks. {remedy}"
+        super().__init__(text, feature=feature, needed=needed)
 
 
 class RecordingEndedError(BackendError, EOFError):
@@ -617,7 +637,7 @@ def describe_exception(error: BaseException, caller: str) -> str:
     "ValueError: could not convert string to float: 'fast'"
     """
     last = extract_tb(error.__traceback__)[-1]
-    file = last.filename.rpartition("/")[2]
+    file = PurePath(last.filename).name
     line = "" if last.filename == caller else f", at {file}:{last.lineno}"
     return f"{type(error).__name__}: {error}".removesuffix(": ") + line
 

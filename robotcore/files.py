@@ -1,10 +1,11 @@
-"""Replaces files so that a failure leaves the old content in place."""
+"""Replaces files so that a failure leaves the old content in place, and locks files."""
 
 from __future__ import annotations
 
 import errno
 import os
 import re
+import shutil
 import stat
 from collections.abc import Iterator
 from contextlib import contextmanager
@@ -14,6 +15,13 @@ from secrets import token_hex
 from typing import Any, TextIO
 
 from robotcore.errors import UsageError
+from robotcore.system import HAS_POSIX
+
+_LOCKED_AT = 2**40
+"""The offset of the byte that `lock_file` locks on Windows. It is behind the end of every real file.
+
+A lock of Windows excludes other programs from the bytes themselves, and readers need the content.
+"""
 
 _PART_NAME = re.compile(r"\.[0-9a-f]{16}(\.\w+)?")
 
@@ -114,7 +122,7 @@ def _make_part(file: Path) -> Path:
         error.filename = str(file)
         raise
     try:
-        if mode is not None:
+        if mode is not None and HAS_POSIX:  # Windows has no permission bits
             os.fchmod(opened, mode)
     finally:
         os.close(opened)
@@ -141,3 +149,30 @@ def write_all(file: FileIO, data: bytes | bytearray) -> None:
     left = memoryview(data)
     while left:
         left = left[file.write(left) :]
+
+
+def lock_file(file: FileIO) -> None:
+    """Lock an open file until it is closed. Other programs can read it.
+
+    Raises BlockingIOError if another program has locked the file, and other OSErrors, such as on a disk without locks.
+    """
+    if HAS_POSIX:
+        import fcntl
+
+        fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
+        return
+    import msvcrt
+
+    at = file.seek(0, os.SEEK_CUR)
+    file.seek(_LOCKED_AT)
+    try:
+        msvcrt.locking(file.fileno(), msvcrt.LK_NBLCK, 1)
+    except PermissionError as error:
+        raise BlockingIOError(errno.EAGAIN, os.strerror(errno.EAGAIN)) from error
+    finally:
+        file.seek(at)
+
+
+def measure_free_space(file: FileIO) -> int:
+    """Return the free space of the disk of an open file, in bytes."""
+    return shutil.disk_usage(file.fileno() if HAS_POSIX else file.name).free

@@ -9,6 +9,8 @@ from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
 
+from robotcore.system import IS_LINUX
+
 PROC = Path("/proc")
 
 PSEUDO_TERMINALS = range(136, 144)
@@ -44,8 +46,11 @@ def list_open_files(proc: Path = PROC) -> Iterator[OpenFile]:
 def find_holders(path: str) -> list[int]:
     """Return the PIDs of all processes, except this one, that have a device open or locked.
 
-    All users can see locks. Only root can see the open files of other users' processes.
+    All users can see locks. Only root can see the open files of other users' processes. The list is empty on another
+    system than Linux.
     """
+    if not IS_LINUX:
+        return []
     try:
         device = os.stat(path)  # noqa: PTH116  the path is a text
     except OSError:

@@ -12,6 +12,7 @@ from pathlib import Path
 import coverage
 import pytest
 
+from robotcore.system import HAS_POSIX, IS_LINUX
 from tests.texts import check_text as check_text  # noqa: PLC0414  a fixture
 from tests.texts import pytest_addoption as pytest_addoption  # noqa: PLC0414  a hook
 from tests.texts import raises as raises  # noqa: PLC0414  a fixture
@@ -21,6 +22,14 @@ GRACE_S = 2.0
 
 KEPT = "Dask-"
 """Dask keeps threads whose names begin so, from their first use to the end of the process."""
+
+
+def pytest_runtest_setup(item: pytest.Item) -> None:
+    """Skip a test that needs POSIX or Linux on a system without it, also if `tests.no_posix` hides it."""
+    for name, is_there in (("posix", HAS_POSIX), ("linux", IS_LINUX)):
+        for marker in item.iter_markers(name):
+            if not is_there:
+                pytest.skip(f"needs {name}: {marker.args[0]}")
 
 
 @pytest.fixture(autouse=True)

@@ -6,7 +6,6 @@ A test asserts what happened: the class of an error, its kind and its fields. Th
 
 from __future__ import annotations
 
-import fcntl
 import json
 import re
 from collections.abc import Iterator, Sequence
@@ -108,6 +107,8 @@ def _read_module(module: Path) -> str:
 
 def _update(file: Path, key: str, text: str) -> dict[str, str]:
     """Write one text, drop those of removed tests, and return all; processes of pytest-xdist take turns."""
+    import fcntl  # only the developers who update texts need it
+
     with file.with_suffix(".lock").open("w") as lock:
         fcntl.flock(lock, fcntl.LOCK_EX)
         kept = {each: known for each, known in _read(file).items() if has_test(file, each)}

@@ -90,7 +90,7 @@ def _translate_errors(
 
 def _import_pybullet() -> ModuleType:
     """Import PyBullet without the banner that it writes to standard error."""
-    with Path(os.devnull).open("w") as nowhere, _redirect(2, nowhere.fileno()):
+    with Path(os.devnull).open("wb") as nowhere, _redirect(2, nowhere.fileno()):
         import pybullet
 
     module: ModuleType = pybullet

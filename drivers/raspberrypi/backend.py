@@ -17,6 +17,7 @@ from robotcore.hal.backend import Setup
 from robotcore.hal.robot import Robot
 from robotcore.hal.wall_clock import MonotonicClock
 from robotcore.hardware import Connection, DeviceBinding, HardwareBackend, open_robot
+from robotcore.system import require_linux
 
 if TYPE_CHECKING:
     from robotcore.hal.check_finding import Finding
@@ -36,6 +37,14 @@ class RaspberryPiBackend(HardwareBackend):
     @property
     def remedy(self) -> str:
         return INSTALL
+
+    def require_installed(self) -> None:
+        if not self.needs_world:  # virtual pins need no kernel
+            self._require_kernel()
+        super().require_installed()
+
+    def _require_kernel(self) -> None:
+        require_linux(f"the backend {self.name!r}", "the GPIO chips and buses of Linux", AT_THE_DESK)
 
     def place(self, connection: Connection) -> Sequence[Connection]:
         return resolve_pins(connection)
@@ -65,6 +74,7 @@ class RaspberryPiBackend(HardwareBackend):
     def plan_loopback(self, request: LoopbackRequest) -> LoopbackTest:
         if self.needs_world:  # virtual pins have no wires
             return super().plan_loopback(request)
+        self._require_kernel()
         from drivers.raspberrypi.loopback.pi_test import PiLoopbackTest
 
         if not self.is_installed:
@@ -83,6 +93,7 @@ class RaspberryPiBackend(HardwareBackend):
         return replace(wiring, notes=(*wiring.notes, *left_out))
 
     def open(self, setup: Setup) -> Robot:
+        self.require_installed()
         setup = self.configure(setup)
         bindings = self.bind(setup.robot, setup.devices)
         pins = open_pins()

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import fcntl
 import os
 import struct
 import sys
@@ -217,6 +216,8 @@ def _list_handles(proc: Path) -> Iterator[tuple[str, set[str]]]:
 
 
 def _read_label(chip: Path, gpio: int) -> str:
+    import fcntl
+
     info = bytearray(_LINE_INFO.pack(b"", b"", gpio))
     try:
         with chip.open("rb", buffering=0) as file:

@@ -1,6 +1,6 @@
 """One chip on an I2C bus, by the kernel's device file of the bus.
 
-It imports the standard library alone, because the guardian's process uses it too. The calls are SMBus transfers, which
+It imports little, because the guardian's process uses it too. The calls are SMBus transfers, which
 every I2C driver of the kernel has. Source: https://www.kernel.org/doc/html/latest/i2c/dev-interface.html.
 """
 
@@ -12,9 +12,13 @@ import struct
 from array import array
 from collections.abc import Sequence
 from contextlib import ExitStack
-from fcntl import F_OFD_GETLK, F_OFD_SETLK, F_UNLCK, F_WRLCK, fcntl, ioctl
 from pathlib import Path
 from weakref import WeakSet
+
+from robotcore.system import IS_LINUX
+
+if IS_LINUX:
+    from fcntl import F_OFD_GETLK, F_OFD_SETLK, F_UNLCK, F_WRLCK, fcntl, ioctl
 
 _SET_TIMEOUT, _SET_ADDRESS, _TRANSFER = 0x0702, 0x0703, 0x0720
 """The requests I2C_TIMEOUT, I2C_SLAVE and I2C_SMBUS. Source: Linux, include/uapi/linux/i2c-dev.h."""
@@ -28,7 +32,7 @@ _DATA_BYTES = 34
 
 Source: Linux, drivers/i2c/i2c-dev.c, i2cdev_ioctl_smbus."""
 
-_NOT_ACKNOWLEDGED = (errno.ENXIO, errno.EREMOTEIO)
+_NOT_ACKNOWLEDGED = (errno.ENXIO, getattr(errno, "EREMOTEIO", errno.ENXIO))  # only Linux has the second one
 """The errors of a transfer that the chip did not acknowledge, which noise on the wires can cause.
 
 Source: https://www.kernel.org/doc/html/latest/i2c/fault-codes.html, and Linux, drivers/i2c/busses/i2c-bcm2835.c."""
@@ -140,4 +144,5 @@ def _close_in_fork() -> None:
         device.close()
 
 
-os.register_at_fork(after_in_child=_close_in_fork)
+if IS_LINUX:
+    os.register_at_fork(after_in_child=_close_in_fork)

@@ -11,6 +11,7 @@ from robotcore.description import RobotDescription, StrictModel, load_robot
 from robotcore.errors import UsageError
 from robotcore.hal.backend import Setup
 from robotcore.hardware import Connection, DeviceBinding, HardwareBackend
+from robotcore.system import HAS_POSIX
 
 if TYPE_CHECKING:
     from robotcore.hal.check_finding import Finding
@@ -18,6 +19,13 @@ if TYPE_CHECKING:
 
 SECTION = "serial"
 """The name of the section in a robot's file that lists the driver and the port of each device."""
+
+
+ONE_PROGRAM = (
+    "Windows lets one program open a serial port. So the guardian can stop the motors only after this program has "
+    "ended. If this program is frozen, only the time-out of the board stops them"
+)
+"""The note of a run with motors on a serial port, on a system without POSIX."""
 
 
 class SerialOptions(StrictModel):
@@ -63,7 +71,10 @@ class SerialBackend(HardwareBackend):
 
         setup = self.configure(setup)
         ports = list_ports(self.bind(setup.robot, setup.devices))
-        return [". ".join(shared) for port in ports if (shared := find_other_users(port))]
+        notes = [". ".join(shared) for port in ports if (shared := find_other_users(port))]
+        if not HAS_POSIX and self.cutoffs(setup):
+            notes.append(ONE_PROGRAM)
+        return notes
 
     def examine(self, robot: RobotDescription | None) -> Iterable[Finding]:
         from drivers.serial.examination import examine

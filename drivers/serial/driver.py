@@ -7,7 +7,7 @@ from typing import Annotated, ClassVar, Literal
 
 from pydantic import AfterValidator, Field
 
-from drivers.serial.port import USB
+from drivers.serial.port import USB, WINDOWS_NAME
 from robotcore.hardware import Connection, DeviceBinding, DeviceDriver
 
 
@@ -19,15 +19,17 @@ def _validate_place(place: str) -> str:
         )
     if not place:
         raise ValueError("the port is empty; write a port such as /dev/ttyUSB0")
-    if "/" not in place and not USB.fullmatch(place):
-        raise ValueError(f"{place!r} is no path of a port; write a path such as /dev/ttyUSB0, or usb:VENDOR:PRODUCT")
+    if "/" not in place and not USB.fullmatch(place) and not WINDOWS_NAME.fullmatch(place):
+        raise ValueError(
+            f"{place!r} is no path of a port; write a path such as /dev/ttyUSB0, COM3 on Windows, or usb:VENDOR:PRODUCT"
+        )
     return place
 
 
 PortPlace = Annotated[
     str,
     AfterValidator(_validate_place),
-    Field(description="a port such as /dev/ttyUSB0, /dev/serial/by-id/NAME or usb:1a86:7523"),
+    Field(description="a port such as /dev/ttyUSB0, /dev/serial/by-id/NAME, COM3 or usb:1a86:7523"),
 ]
 """The type of a serial port in a robot's file."""
 

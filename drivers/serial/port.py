@@ -3,15 +3,22 @@
 from __future__ import annotations
 
 import errno
-import grp
 import os
 import re
-import termios
 from contextlib import suppress
 from select import select
 from typing import TYPE_CHECKING
 
 from robotcore.processes import describe_holders
+from robotcore.system import HAS_POSIX
+
+if HAS_POSIX:
+    from termios import error as TerminalError  # noqa: N812  it is a class
+else:
+
+    class TerminalError(Exception):
+        """An error of a POSIX terminal, which no function raises on this system."""
+
 
 if TYPE_CHECKING:
     from serial import Serial
@@ -21,6 +28,10 @@ USB = re.compile(r"usb:(?P<vendor>[0-9a-f]{4}):(?P<product>[0-9a-f]{4})(?::(?P<s
 """The pattern of the USB id of a board or adapter, which a robot's file may have in place of a path."""
 
 
+WINDOWS_NAME = re.compile(r"COM[1-9]\d{0,2}", re.IGNORECASE)
+"""The pattern of the name of a port on Windows, where ports have no paths."""
+
+
 class PortMissingError(OSError):
     """A port does not exist. The message lists the ports of the computer."""
 
@@ -28,14 +39,18 @@ class PortMissingError(OSError):
 def find_path(place: str) -> str:
     """Return the path of a port; raises PortMissingError if the port does not exist, or if several ports have its id.
 
-    place: the path of the port, or its USB id such as ``usb:1a86:7523``.
+    place: the path of the port, its name on Windows such as ``COM3``, or its USB id such as ``usb:1a86:7523``.
     """
+    from serial.tools.list_ports import comports
+
+    if WINDOWS_NAME.fullmatch(place):
+        if place.upper() not in {str(port.device).upper() for port in comports()}:
+            raise PortMissingError(f"there is no {place}; {describe_ports()}")
+        return place
     if not (usb := USB.fullmatch(place)):
         if not os.path.exists(place):  # noqa: PTH110  it takes any name, however long
             raise PortMissingError(f"there is no {place}; {describe_ports()}")
         return place
-    from serial.tools.list_ports import comports
-
     vendor, product, serial = int(usb["vendor"], 16), int(usb["product"], 16), usb["serial"]
     found = sorted(
         str(port.device)
@@ -76,7 +91,7 @@ def find_other_users(place: str) -> tuple[str, str] | None:
 CHUNK = 4096
 """The largest number of bytes in one read."""
 
-FAILURES = (OSError, termios.error, TypeError, ValueError)
+FAILURES = (OSError, TerminalError, TypeError, ValueError)
 """The errors that pyserial raises: its own are OSErrors, and the use of a closed port is a TypeError. The others are
 errors of the operating system, which pyserial passes on."""
 
@@ -107,7 +122,7 @@ class Port:
         path = self.place
         try:
             path = find_path(self.place)
-            serial = Serial(None, self.baud, timeout=0, exclusive=True)
+            serial = Serial(None, self.baud, timeout=0, write_timeout=WRITE_TIMEOUT_S, exclusive=True)
             if self.dtr is not None:
                 serial.dtr = self.dtr
             serial.port = path
@@ -118,8 +133,8 @@ class Port:
 
     @property
     def file(self) -> int | None:
-        """The file descriptor of the port, for `select`; None if the port is closed."""
-        return int(self._serial.fileno()) if self._serial else None
+        """The file descriptor of the port, for `select`; None if the port is closed, and on Windows, which has none."""
+        return int(self._serial.fileno()) if self._serial and HAS_POSIX else None
 
     def read(self) -> bytes:
         """Return the bytes received so far, up to `CHUNK`, without a wait; raises PortError if the port is lost.
@@ -135,14 +150,19 @@ class Port:
     def write(self, data: bytes) -> None:
         """Send bytes; raises PortError if the port does not take them within `WRITE_TIMEOUT_S`.
 
-        It calls `os.write`, because pyserial's `write` also reports a time-out if the operating system suspends this
-        thread for that long.
+        On POSIX it calls `os.write`, because pyserial's `write` also reports a time-out if the operating system
+        suspends this thread for that long.
         """
+        from serial import SerialTimeoutException
+
         assert self._serial
         try:
-            file = self._serial.fileno()
-            is_taken = select([], [file], [], WRITE_TIMEOUT_S)[1] and os.write(file, data) == len(data)
-        except BlockingIOError:
+            if HAS_POSIX:
+                file = self._serial.fileno()
+                is_taken = select([], [file], [], WRITE_TIMEOUT_S)[1] and os.write(file, data) == len(data)
+            else:
+                is_taken = self._serial.write(data) == len(data)
+        except (BlockingIOError, SerialTimeoutException):
             is_taken = False
         except FAILURES as error:
             raise self._lost() from error
@@ -167,7 +187,7 @@ class Port:
                     serial.reset_output_buffer()
             if self.dtr is not None:
                 with suppress(*FAILURES):
-                    _keep_lines(serial.fileno())
+                    _keep_lines(serial)
                     serial.dtr = not self.dtr
             serial.close()
             self._serial = None
@@ -178,8 +198,13 @@ class Port:
         return PortError(f"{self.place} is lost: it was unplugged, or the board has no power{reader}. Plug it in again")
 
 
-def _keep_lines(file: int) -> None:
-    """Let the lines DTR and RTS of a port keep their levels when the port is closed."""
+def _keep_lines(serial: Serial) -> None:
+    """Let the lines DTR and RTS of a port keep their levels when the port is closed. Windows has no such setting."""
+    if not HAS_POSIX:
+        return
+    import termios
+
+    file = serial.fileno()
     settings = termios.tcgetattr(file)
     settings[2] &= ~termios.HUPCL
     termios.tcsetattr(file, termios.TCSANOW, settings)
@@ -198,6 +223,8 @@ def explain_failure(place: str, path: str, baud: int, error: Exception) -> str:
             "robot's file or by --port"
         )
     number = getattr(error, "errno", None)
+    if not HAS_POSIX and "PermissionError" in str(error):  # pyserial has the error of Windows in its text only
+        return f"{place} is held by another program, because Windows lets one program open it. End that program first"
     if number in (errno.EAGAIN, errno.EBUSY):
         holders = describe_holders(path) or "this program, by another path, or by a program of another user"
         return f"{place} is held by {holders}. End that program first"
@@ -209,6 +236,10 @@ def explain_failure(place: str, path: str, baud: int, error: Exception) -> str:
 
 
 def _permission_remedy(path: str) -> str:
+    if not HAS_POSIX:
+        return "End the program that has it open, or choose another port"
+    import grp
+
     group = "dialout"  # or uucp: the group of the ports on most systems
     with suppress(OSError, KeyError):
         status = os.stat(path)  # noqa: PTH116  as it is given

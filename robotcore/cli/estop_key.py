@@ -17,6 +17,7 @@ from robotcore.cli.driving_keys import UPDATE_S, DrivingKeys
 from robotcore.runtime.observer import RunContext
 from robotcore.runtime.result import RunResult
 from robotcore.runtime.trace import TickRecord
+from robotcore.system import HAS_POSIX
 from robotcore.threads import start_thread
 
 KEY = b" "
@@ -32,9 +33,18 @@ POLL_S = 0.1
 
 def can_listen() -> bool:
     """Return whether standard input is a terminal that has this process in its foreground."""
-    if os.name != "posix" or sys.stdin is None or sys.stdin.closed or not sys.stdin.isatty():
+    if not HAS_POSIX or sys.stdin is None or sys.stdin.closed or not sys.stdin.isatty():
         return False
     return _is_in_foreground(sys.stdin.fileno())
+
+
+MISSING_KEY = "the space bar is no e-stop on this operating system. Ctrl-C ends the run and stops the motors"
+"""The note of a run in a terminal whose keys this module cannot read."""
+
+
+def is_key_missing() -> bool:
+    """Return whether a person sits at a terminal, but this operating system has no terminals of POSIX."""
+    return not HAS_POSIX and sys.stdin is not None and not sys.stdin.closed and sys.stdin.isatty()
 
 
 class EmergencyStopKey:

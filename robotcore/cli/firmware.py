@@ -67,18 +67,19 @@ def build(name: str, folder: Path | None, into: Path) -> None:
 @click.option("--port", help="The board's port, such as /dev/ttyUSB0. Not needed if only one board is plugged in.")
 def flash(name: str, folder: Path | None, port: str | None) -> None:
     """Compile the sketch, flash the board, and ask the board for its version."""
-    from robotcore.hardware.firmware.board import find_only_port, find_sketch, read_baud, read_version, require_free
+    from robotcore.hardware.firmware import board
     from robotcore.hardware.firmware.toolchain import flash as write_image
 
-    port = port or find_only_port()
-    require_free(port)
-    folder = find_sketch(folder)
+    board.require_terminals()
+    port = port or board.find_only_port()
+    board.require_free(port)
+    folder = board.find_sketch(folder)
     with TemporaryDirectory(prefix="robotcore-firmware-") as scratch:
         image = _build(folder, name, Path(scratch))
         write_line(f"flashing the {name} at {port} ...")
         write_image(image, name, port)
     write_line("flashed and verified")
-    write_line(f"{port} answers: {read_version(port, read_baud(folder))}")
+    write_line(f"{port} answers: {board.read_version(port, board.read_baud(folder))}")
 
 
 def _build(folder: Path, board: str, into: Path) -> Path:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import atexit
+import io
 import os
 import signal
 import sys
@@ -16,6 +17,7 @@ import click
 from robotcore.cli.command_classes import LazyGroup
 from robotcore.cli.output import write_error, write_failure, write_line, write_lines, write_usage_error
 from robotcore.errors import Interrupted, RobotcoreError
+from robotcore.system import HAS_POSIX
 
 __all__ = ["execute", "run_app"]
 
@@ -89,6 +91,7 @@ def _write_version(context: click.Context) -> NoReturn:
 
 def main() -> NoReturn:
     """Run the command line of this process, and exit with its status."""
+    _allow_all_characters()
     _exit(execute(sys.argv[1:]))
 
 
@@ -103,7 +106,14 @@ def run_app(name: str) -> NoReturn:
     >>> if __name__ == "__main__":  # the last lines of an app's file
     ...     run_app(__file__)
     """
+    _allow_all_characters()
     _exit(execute(["run", name, *sys.argv[1:]]))
+
+
+def _allow_all_characters() -> None:
+    """Let stdout replace the characters that its encoding lacks, such as that of a pipe on Windows, by ``?``."""
+    if isinstance(sys.stdout, io.TextIOWrapper) and sys.stdout.encoding.lower() not in ("utf-8", "utf8"):
+        sys.stdout.reconfigure(errors="replace")
 
 
 def execute(arguments: Sequence[str]) -> int:
@@ -153,14 +163,20 @@ def _limit_exit(status: int) -> None:
     """
 
     def end(_number: int, _frame: FrameType | None) -> NoReturn:
-        names = [thread.name for thread in threading.enumerate() if thread is not threading.main_thread()]
+        own = (threading.main_thread(), threading.current_thread())
+        names = [thread.name for thread in threading.enumerate() if thread not in own]
         write_line(f"note: the process ends while threads still run: {', '.join(names)}", is_error=True)
         os._exit(status)
 
-    if hasattr(signal, "setitimer"):
+    if HAS_POSIX:
         atexit.register(signal.setitimer, signal.ITIMER_REAL, 0.0)  # Python calls this after the last thread
         signal.signal(signal.SIGALRM, end)
         signal.setitimer(signal.ITIMER_REAL, EXITING_S)
+    else:
+        timer = threading.Timer(EXITING_S, end, (0, None))
+        timer.daemon = True
+        atexit.register(timer.cancel)
+        timer.start()
 
 
 def _flush(stream: TextIO | None) -> bool:

@@ -33,6 +33,7 @@ def command(files: tuple[Path, ...], address: str | None) -> None:
     require_extra("view", "the page")
     from robotcore.live.playback import Playback
     from robotcore.live.playback_server import serve
+    from robotcore.live.server import use_selectors
 
     has_same_names = len({file.name for file in files}) < len(files)
     playbacks = [Playback(file, str(file) if has_same_names else file.name) for file in files]
@@ -44,4 +45,5 @@ def command(files: tuple[Path, ...], address: str | None) -> None:
                 write_line(f"{playback.name}: {problem}", is_error=True)
         write_lines(describe_link(place.build_link(listener.getsockname()[1], token), is_public=bool(token)))
         with suppress(KeyboardInterrupt):
+            use_selectors()
             asyncio.run(serve(listener, playbacks, token, place.list_hosts()))

@@ -7,12 +7,12 @@ systemd does not read its socket, but a control loop must not block.
 from __future__ import annotations
 
 import os
+import socket
 import sys
 from collections.abc import MutableMapping
 from contextlib import suppress
 from dataclasses import replace
 from math import inf
-from socket import AF_UNIX, MSG_DONTWAIT, SOCK_DGRAM, socket
 
 from robotcore.errors import BehaviourError, WatchdogError
 from robotcore.hal.clock import Clock
@@ -108,8 +108,8 @@ class Notifier:
         return sys.exc_info()[1] is self._outer
 
     def _send(self, *lines: str) -> bool:
-        with suppress(OSError), socket(AF_UNIX, SOCK_DGRAM) as link:
-            link.sendto("\n".join(lines).encode(errors="replace"), MSG_DONTWAIT, self._address)
+        with suppress(OSError), socket.socket(socket.AF_UNIX, socket.SOCK_DGRAM) as link:
+            link.sendto("\n".join(lines).encode(errors="replace"), socket.MSG_DONTWAIT, self._address)
             return True
         return False
 

@@ -10,6 +10,7 @@ from ipaddress import ip_address
 from typing import NamedTuple
 
 from robotcore.errors import UsageError
+from robotcore.system import HAS_POSIX
 
 LOOPBACK = "127.0.0.1"
 TOKEN_BYTES = 16
@@ -74,7 +75,8 @@ class Address(NamedTuple):
         except OSError as error:
             raise self._build_error(error) from error
         try:
-            listener.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
+            if HAS_POSIX:  # on Windows another program could take the port with this option
+                listener.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
             listener.bind(where)
             listener.listen()
         except OSError as error:

@@ -16,9 +16,11 @@ from typing import IO, Any
 
 import numpy as np
 
+from robotcore.child_process import build_session_options
 from robotcore.errors import ResourceError
 from robotcore.live.messages import Message
 from robotcore.optics import Image
+from robotcore.system import HAS_POSIX
 from robotcore.threads import start_thread
 
 CLOSING_S = 2.0
@@ -54,18 +56,21 @@ class PageProcess:
 
         Raises ResourceError if the operating system refuses the process or a thread.
         """
-        descriptor = self._listener.fileno()
+        handles = [self._listener.fileno()]
+        place: int | tuple[str, int] = handles[0]
+        if not HAS_POSIX:  # the process cannot inherit the socket, so it listens again at the same address
+            place, handles = self._listener.getsockname()[:2], []
+            self._listener.close()
         # Python's own folders come first, and that of the script or the app last. So no file of them replaces a module
         # of Python or of a package. A script named click.py would start a page that starts the script.
         folders = [*sys.path[1:], *sys.path[:1]]
-        code = f"import sys; sys.path += {folders!r}; from robotcore.live.server import main; main({descriptor})"
+        code = f"import sys; sys.path += {folders!r}; from robotcore.live.server import main; main({place!r})"
         try:
             self._process = subprocess.Popen(  # noqa: S603  the Python that runs this
                 [sys.executable, "-I", "-S", "-c", code],
                 stdin=subprocess.PIPE,
                 stdout=subprocess.PIPE,
-                pass_fds=[descriptor],
-                start_new_session=True,
+                **build_session_options(handles),
             )
         except OSError as error:
             raise ResourceError(f"the system refuses the process of the live page: {error.strerror}") from error

@@ -173,7 +173,7 @@ def build_app(player: Player, access: Access) -> Starlette:
 
     # The class, and not the first message, hides the stop button, so that the page never shows it.
     classes = "is-recording" if len(player.screens) == 1 else "is-recording is-pair"
-    page = (PAGE / "index.html").read_text().replace("<body>", f'<body class="{classes}">')
+    page = (PAGE / "index.html").read_text(encoding="utf-8").replace("<body>", f'<body class="{classes}">')
 
     async def show_page(_request: Request) -> Response:
         return HTMLResponse(page)

@@ -13,6 +13,7 @@ import socket
 import sys
 from contextlib import suppress
 from pathlib import Path
+from threading import Condition
 from typing import Any, BinaryIO
 
 import cv2
@@ -27,6 +28,7 @@ from starlette.staticfiles import StaticFiles
 from starlette.websockets import WebSocket, WebSocketDisconnect
 
 from robotcore.live.access import Access, AccessControl
+from robotcore.live.address import Address
 from robotcore.live.connections import (
     MAX_ACCEPTED,
     MAX_REQUEST_BYTES,
@@ -38,6 +40,7 @@ from robotcore.live.connections import (
 from robotcore.live.hub import Hub
 from robotcore.live.messages import HEAD, MAX_JSON_BYTES, MAX_PICTURE_BYTES
 from robotcore.live.viewer import Viewer
+from robotcore.system import HAS_POSIX
 from robotcore.threads import start_thread
 
 PAGE = Path(__file__).parent / "page"
@@ -136,23 +139,33 @@ class ActionPipe:
     """
 
     def __init__(self, descriptor: int, loop: asyncio.AbstractEventLoop) -> None:
-        os.set_blocking(descriptor, False)
         self._descriptor, self._loop = descriptor, loop
         self._waiting: dict[tuple[str, ...], dict[str, Any]] = {}
+        self._changed = Condition()
+        if HAS_POSIX:
+            os.set_blocking(descriptor, False)
+        else:
+            start_thread(self._write_all, "actions")
 
     def write(self, action: dict[str, Any]) -> None:
         """Write an action as a line, with the time at which this was called."""
         kind = (action["type"], action.get("device", ""), *action)
-        if kind[0] == "actuate" and len(self._waiting) >= MAX_WAITING:
-            return
-        self._waiting.pop(kind, None)
-        self._waiting[kind] = action | {"time": self._loop.time()}
-        self._write_waiting()
+        with self._changed:
+            if kind[0] == "actuate" and len(self._waiting) >= MAX_WAITING:
+                return
+            self._waiting.pop(kind, None)
+            self._waiting[kind] = action | {"time": self._loop.time()}
+            self._changed.notify()
+        if HAS_POSIX:
+            self._write_waiting()
+
+    def _find_first(self) -> tuple[str, ...]:
+        return min(self._waiting, key=lambda each: each[0] != "estop")
 
     def _write_waiting(self) -> None:
         try:
             while self._waiting:
-                kind = min(self._waiting, key=lambda each: each[0] != "estop")
+                kind = self._find_first()
                 # The system writes a line as a whole or not at all, because it is shorter than PIPE_BUF.
                 os.write(self._descriptor, json.dumps(self._waiting[kind]).encode() + b"\n")
                 del self._waiting[kind]
@@ -162,6 +175,15 @@ class ActionPipe:
         except OSError:  # the run has ended
             self._waiting.clear()
         self._loop.remove_writer(self._descriptor)
+
+    def _write_all(self) -> None:
+        """Write the actions in a thread, which waits while the run does not read. Windows has no other way."""
+        with suppress(OSError):  # the run has ended
+            while True:
+                with self._changed:
+                    self._changed.wait_for(lambda: self._waiting)
+                    action = self._waiting.pop(self._find_first())
+                os.write(self._descriptor, json.dumps(action).encode() + b"\n")
 
 
 class RunPipe:
@@ -266,10 +288,18 @@ async def close_viewers(hub: Hub) -> None:
         await asyncio.wait([asyncio.create_task(each.is_done.wait()) for each in viewers], timeout=FLUSH_S)
 
 
-def main(descriptor: int) -> None:
+def main(place: int | tuple[str, int]) -> None:
     """Serve the page until the run has ended.
 
-    descriptor: the file descriptor of a socket that listens.
+    place: the file descriptor of a socket that listens, or the host and the port at which this process listens.
     """
+    descriptor = place if isinstance(place, int) else Address(*place).listen().detach()
     with Listener(fileno=descriptor) as listener:
+        use_selectors()
         asyncio.run(serve(listener))
+
+
+def use_selectors() -> None:
+    """Let asyncio accept connections by the methods of a `Listener`. On Windows, it would not by default."""
+    if sys.platform == "win32":
+        asyncio.set_event_loop_policy(asyncio.WindowsSelectorEventLoopPolicy())

@@ -253,7 +253,7 @@ def _open_regular(path: Path) -> Iterator[BinaryIO]:
 
 
 def _open_nonblocking(path: str, flags: int) -> int:
-    return os.open(path, flags | os.O_NONBLOCK | os.O_NOCTTY)
+    return os.open(path, flags | getattr(os, "O_NONBLOCK", 0) | getattr(os, "O_NOCTTY", 0))  # Windows lacks both
 
 
 def _has_end_magic(file: BinaryIO) -> bool:

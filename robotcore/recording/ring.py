@@ -16,7 +16,7 @@ from mcap.data_stream import RecordBuilder
 from mcap.opcode import Opcode
 from mcap.records import Channel, Chunk, Schema
 
-from robotcore.files import write_all
+from robotcore.files import measure_free_space, write_all
 from robotcore.hal.wall_clock import MonotonicClock
 from robotcore.recording.chunks import MAGIC, RECORD, locate_chunk, read_records, unpack
 from robotcore.recording.file_index import CHANNEL_INDEX_BYTES, INDEX_BYTES, take_bytes
@@ -26,7 +26,6 @@ from robotcore.recording.segments import (
     append_segments,
     build_join_error,
     locate_segments,
-    measure_free_space,
 )
 
 SYNC_S = 1.0

@@ -9,7 +9,6 @@ continues at the same place.
 from __future__ import annotations
 
 import errno
-import fcntl
 import os
 import re
 from collections import deque
@@ -21,7 +20,7 @@ from typing import NamedTuple
 from mcap.opcode import Opcode
 
 from robotcore.errors import RecordingError
-from robotcore.files import require_regular, write_all
+from robotcore.files import lock_file, measure_free_space, require_regular, write_all
 from robotcore.recording.chunks import MAGIC, RECORD
 from robotcore.recording.file_index import write_index
 
@@ -107,11 +106,12 @@ def open_locked(path: Path, *, is_new: bool = False) -> FileIO:
 
     def open_regular(name: str, flags: int) -> int:
         require_regular(path)
-        return os.open(name, flags | os.O_NOFOLLOW | (os.O_CREAT if is_new else 0), 0o666)
+        no_links = getattr(os, "O_NOFOLLOW", 0)  # Windows lacks it
+        return os.open(name, flags | no_links | (os.O_CREAT if is_new else 0), 0o666)
 
     file = open(path, "r+b", buffering=0, opener=open_regular)  # noqa: SIM115  the caller closes it
     try:
-        fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
+        lock_file(file)
     except OSError as error:
         if error.errno not in (errno.ENOTSUP, errno.ENOSYS, errno.ENOLCK):  # some network disks have no locks
             file.close()
@@ -133,7 +133,7 @@ def append_segments(path: Path, file: FileIO) -> None:
     for segment in segments:
         file.truncate(end)
         begun = segment.file.with_name(f"{segment.file.name[:8]}.at-{end}")
-        segment.file.rename(begun)
+        segment.file.replace(begun)
         end = _append(begun, file, end)
         os.fsync(file.fileno())
         begun.unlink()
@@ -150,12 +150,6 @@ def _make_room(segments: deque[_Segment], file: FileIO) -> None:
         if measure_free_space(file) >= max(each.file.stat().st_size for each in segments) + _INDEX_BYTES:
             return
         segments.popleft().file.unlink()
-
-
-def measure_free_space(file: FileIO) -> int:
-    """Return the free space of the disk of a file, in bytes."""
-    disk = os.fstatvfs(file.fileno())
-    return disk.f_bavail * disk.f_frsize
 
 
 def measure_records(file: FileIO, begin: int) -> int:

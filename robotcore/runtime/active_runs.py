@@ -20,6 +20,7 @@ from typing import Any
 from robotcore.description import is_own
 from robotcore.hal.wall_clock import MonotonicClock
 from robotcore.processes import find_holders
+from robotcore.system import IS_LINUX, require_linux
 
 FOLDER = "robotcore-runs"
 """The name of the folder of the files, in the user's runtime folder or in the temporary folder."""
@@ -87,8 +88,10 @@ def _wait_for_ends(runs: Sequence[ActiveRun], limit_s: float) -> list[ActiveRun]
 def register_run(backend: str, robot: str, options: Mapping[str, Any]) -> Iterator[None]:
     """Register a run of this process as active until the end of the ``with`` block.
 
-    Raises OSError if the file of the run cannot be written.
+    Raises OSError if the file of the run cannot be written, or if the system has no ``/proc``.
     """
+    if not IS_LINUX:
+        raise OSError("this operating system has no /proc, in which a stop finds the process of the run")
     process = os.getpid()
     place = os.path.abspath(robot) if is_own(robot) else robot  # noqa: PTH100  it keeps symbolic links
     with tempfile.NamedTemporaryFile("w", dir=_make_folder(), suffix=".json", encoding="utf-8", delete=False) as file:
@@ -105,7 +108,12 @@ def register_run(backend: str, robot: str, options: Mapping[str, Any]) -> Iterat
 
 
 def list_active_runs() -> list[ActiveRun]:
-    """Return this user's active runs on this machine. The files of killed runs are deleted."""
+    """Return this user's active runs on this machine. The files of killed runs are deleted.
+
+    Raises UnsupportedSystemError on a system without ``/proc``.
+    """
+    remedy = "Name the robot: robotcore stop --backend serial --robot FILE.toml"
+    require_linux("robotcore stop without --backend", "the list of processes in /proc", remedy)
     files = [file for folder in _list_folders() if _is_private(folder) for file in sorted(folder.glob("*.json"))]
     return [run for file in files if (run := _read(file))]
 

@@ -7,10 +7,12 @@ import os
 from collections.abc import Callable, Sequence
 from contextlib import suppress
 from functools import partial
+from tempfile import TemporaryFile
 
 from robotcore.runtime.observer import Observer, notify_end
 from robotcore.runtime.result import RunResult
 from robotcore.safety.thread_reserve import BackgroundCall, Reserve
+from robotcore.system import HAS_POSIX
 
 SHUTDOWN_GRACE_S = 0.2
 """The time limit on a forced exit for closing the robot, and for each function that gets the result, in seconds."""
@@ -55,8 +57,13 @@ def _format_stacks() -> bytes:
     """Return the lines that all threads execute. Raises OSError if the system refuses a pipe.
 
     `faulthandler` holds the interpreter lock while it writes, so it writes to a pipe that never blocks. The pipe drops
-    what does not fit.
+    what does not fit. Windows has no such pipe, so it writes to a file there.
     """
+    if not HAS_POSIX:
+        with TemporaryFile() as file:
+            faulthandler.dump_traceback(file)
+            file.seek(0)
+            return file.read()
     receiver, sender = os.pipe()
     try:
         os.set_blocking(sender, False)

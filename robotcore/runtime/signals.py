@@ -11,14 +11,19 @@ from types import FrameType, TracebackType
 from typing import Any, NoReturn
 
 from robotcore.errors import Interrupted, RobotcoreError
+from robotcore.system import HAS_POSIX
 
 LAST_SIGNAL = 3
 """The third signal in a run ends the process at once."""
 
-WATCHDOG_SIGNAL: int = getattr(signal, "SIGURG", signal.SIGINT)
-"""The signal with which the watchdog interrupts a waiting call. Without a handler, the system ignores it."""
+WATCHDOG_SIGNAL: int | None = getattr(signal, "SIGURG", None)
+"""The signal with which the watchdog interrupts a waiting call. Without a handler, the system ignores it.
 
-END_SIGNALS = [getattr(signal, name) for name in ("SIGINT", "SIGTERM", "SIGHUP", "SIGQUIT") if hasattr(signal, name)]
+Windows lacks it. There the watchdog raises SIGINT, the only signal that ends a wait.
+"""
+
+_ENDING = ("SIGINT", "SIGTERM", "SIGHUP", "SIGQUIT", "SIGBREAK")
+END_SIGNALS = [getattr(signal, name) for name in _ENDING if hasattr(signal, name)]
 SUSPEND: int | None = getattr(signal, "SIGTSTP", None)
 """The signal that Ctrl-Z sends. None on systems without it."""
 
@@ -86,6 +91,7 @@ class SignalGuard:
         """The number of signals in this context and in the contexts inside it."""
         self._before: dict[int, Any] = {}
         self._suspension = 0
+        self._is_raised_by_watchdog = False
 
     def mask(self, *, but_last: bool = False) -> None:
         """Ignore all further signals. A run calls this before it closes the robot.
@@ -133,7 +139,12 @@ class SignalGuard:
         After a call of `mask`, or if the guard was created in another thread, this does nothing.
         """
         if self._before and not self._is_masked:
-            signal.pthread_kill(self._thread, WATCHDOG_SIGNAL)
+            if HAS_POSIX:
+                assert WATCHDOG_SIGNAL
+                signal.pthread_kill(self._thread, WATCHDOG_SIGNAL)
+            else:
+                self._is_raised_by_watchdog = True
+                signal.raise_signal(signal.SIGINT)
 
     def __enter__(self) -> SignalGuard:
         self._before = {}
@@ -164,6 +175,10 @@ class SignalGuard:
             raise self.raised  # native code, such as pydantic's, raises an error of its own in its place
 
     def _raise(self, number: int, frame: FrameType | None) -> None:
+        if self._is_raised_by_watchdog:
+            self._is_raised_by_watchdog = False
+            self._interrupt(number, frame)
+            return
         self.count += 1
         self.last = number
         is_last = self.count >= LAST_SIGNAL and not self._is_last_masked

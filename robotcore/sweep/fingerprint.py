@@ -102,7 +102,7 @@ def _list_sources(name: str) -> Iterator[tuple[Path, str]]:
     module = sys.modules[name]
     for root in map(Path, getattr(module, "__path__", ())):
         for file in root.rglob("*"):
-            key = f"{name}/{file.relative_to(root)}"
+            key = f"{name}/{file.relative_to(root).as_posix()}"
             if file.suffix in _SOURCES and not key.startswith(_REPORT):
                 yield file, key
     if not hasattr(module, "__path__") and module.__file__:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import fcntl
 import mmap
 import os
 from collections.abc import Container, Iterator
@@ -10,6 +9,7 @@ from io import FileIO
 from pathlib import Path
 
 from robotcore.errors import UsageError
+from robotcore.files import lock_file
 from robotcore.sweep.record import Record
 
 
@@ -23,7 +23,7 @@ class Journal:
     def __init__(self, path: Path) -> None:
         self._file = FileIO(path, "a+")
         try:
-            fcntl.flock(self._file, fcntl.LOCK_EX | fcntl.LOCK_NB)
+            lock_file(self._file)
             _delete_incomplete_line(self._file)
         except BlockingIOError as error:
             self.close()

@@ -2,7 +2,8 @@
 
 An app may start a process in another session. A signal to the worker's process group does not reach such a process,
 which keeps standard error open while it runs. On Linux the supervisor adopts each process that loses its parent
-(``PR_SET_CHILD_SUBREAPER``). So all descendants of the worker become its children. Other systems lack this option.
+(``PR_SET_CHILD_SUBREAPER``). So all descendants of the worker become its children. Other systems lack this option, so
+this module is for Linux.
 """
 
 from __future__ import annotations
@@ -11,15 +12,13 @@ import ctypes
 import os
 import resource
 import signal
-import sys
 from collections.abc import Iterator
 from contextlib import suppress
 from pathlib import Path
+from socket import socket
 from typing import NoReturn
 
 from robotcore.hal.wall_clock import MonotonicClock
-
-IS_AVAILABLE = sys.platform == "linux"
 
 _PR_SET_PDEATHSIG = 1
 _PR_SET_CHILD_SUBREAPER = 36
@@ -32,23 +31,21 @@ _POLL_S = 0.05
 _SIGNALS = (signal.SIGTERM, signal.SIGCHLD)
 
 
-def supervise(handle: int) -> None:
+def supervise(link: socket) -> None:
     """Fork this process. The parent becomes the supervisor and never returns. The child returns and is the worker.
 
-    handle: the file descriptor of the worker's pipe. The supervisor closes its copy.
+    link: the worker's end of its link. The supervisor closes its copy.
 
     On SIGTERM the supervisor ends the worker. It exits with the worker's exit status. If the supervisor dies, the
-    kernel ends the worker. On other systems than Linux, this function does nothing.
+    kernel ends the worker.
     """
-    if not IS_AVAILABLE:
-        return
     _prctl(_PR_SET_CHILD_SUBREAPER, 1)
     for number in _SIGNALS:
         signal.signal(number, signal.SIG_DFL)  # a process inherits the signals that its parent ignores
     before = signal.pthread_sigmask(signal.SIG_BLOCK, signal.valid_signals())
     supervisor = os.getpid()
     if worker := os.fork():
-        os.close(handle)
+        link.close()
         _watch(worker)
     os.setsid()
     _prctl(_PR_SET_PDEATHSIG, signal.SIGKILL)

@@ -3,32 +3,34 @@
 from __future__ import annotations
 
 import os
+import pickle
 import signal
 import sys
 from collections.abc import Callable
 from contextlib import suppress
-from multiprocessing import Pipe
-from subprocess import DEVNULL, Popen, TimeoutExpired
+from select import select
+from subprocess import TimeoutExpired
 from threading import Lock
 from typing import Any
 
+from robotcore.child_process import start_linked_process
 from robotcore.errors import BackendError
 from robotcore.hal.wall_clock import MonotonicClock
-from robotcore.sweep import supervisor
-from robotcore.sweep.worker_loop import read_reply
+from robotcore.sweep.worker_loop import CALL_SIZE, read_reply
+from robotcore.system import HAS_POSIX, IS_LINUX
 
 _STDERR = 2
 _START_S = 120.0
 """The time limit for the start of a worker process, in seconds."""
 
 _EXIT_GRACE_S = 1.0
-"""The seconds that a worker has to exit after it closed its pipe. After them, the parent kills it."""
+"""The seconds that a worker has to exit after it closed its link. After them, the parent kills it."""
 
 _SUPERVISOR_GRACE_S = 10.0
 """The seconds that a supervisor has to end its worker and the worker's children. After them, the parent kills it."""
 
 _MAX_WAIT_S = 2e6
-"""The longest time limit of `Connection.poll`, in seconds: 23 days. The operating system accepts little more."""
+"""The longest time limit of `select`, in seconds: 23 days. The operating system accepts little more."""
 
 _CHUNK_BYTES = 2**16
 
@@ -78,7 +80,7 @@ class WorkerProcess:
         """
         process = self._get_ready_process()
         try:
-            process.connection.send((function, args))
+            process.send(pickle.dumps((function, args)))
             result, raised = read_reply(process.read_line(limit_s))
         except TimeoutError as error:
             self.close()
@@ -112,13 +114,13 @@ class WorkerProcess:
         return process.end(grace_s) if process else 0
 
     def _get_ready_process(self) -> _Process:
-        if self._process and not self._process.connection.poll():
+        if self._process and not self._process.has_data_within(0.0):
             return self._process
-        self._end()  # the process ended, or the app wrote to its pipe while no call was running
+        self._end()  # the process ended, or the app wrote to its link while no call was running
         try:
             with self._lock:
                 if self._is_killed:
-                    raise WorkerEndedError(_format_status(-signal.SIGKILL))
+                    raise WorkerEndedError("was ended by its parent")
                 self._process = process = _Process()
             process.read_line(_START_S)
         except TimeoutError:
@@ -135,30 +137,29 @@ class WorkerProcess:
 
 class _Process:
     def __init__(self) -> None:
-        self.connection, theirs = Pipe()
-        with theirs:
-            handle = theirs.fileno()
-            path = f"import sys; sys.path[:] = {sys.path!r}"
-            code = f"{path}; from robotcore.sweep.worker_loop import run_worker_loop; run_worker_loop({handle})"
-            self._popen = Popen(  # noqa: S603  the Python that runs this
-                [sys.executable, "-c", code],
-                stdin=DEVNULL,
-                stdout=_STDERR,
-                pass_fds=[handle],
-                start_new_session=True,
-            )
+        path = f"import sys; sys.path[:] = {sys.path!r}"
+        code = f"{path}; from robotcore.sweep.worker_loop import run_worker_loop; run_worker_loop()"
+        self._popen, self._link = start_linked_process(code, stdout=_STDERR)
+
+    def send(self, call: bytes) -> None:
+        """Send a pickled call. Raises OSError if the process has ended."""
+        self._link.sendall(CALL_SIZE.pack(len(call)) + call)
+
+    def has_data_within(self, limit_s: float) -> bool:
+        """Wait at most ``limit_s`` seconds. Return whether the process has sent data, or has closed the link."""
+        return bool(select([self._link], [], [], min(limit_s, _MAX_WAIT_S))[0])
 
     def read_line(self, limit_s: float) -> bytes:
         """Return a line from the process.
 
-        Raises TimeoutError after ``limit_s`` seconds, EOFError if the process closed the pipe, and ValueError if the
+        Raises TimeoutError after ``limit_s`` seconds, EOFError if the process closed the link, and ValueError if the
         line has more than `MAX_REPLY_BYTES`.
         """
         clock, line, chunk = MonotonicClock(), bytearray(), b""
         while b"\n" not in chunk:
-            if not self.connection.poll(min(max(limit_s - clock.now(), 0.0), _MAX_WAIT_S)):
+            if not self.has_data_within(max(limit_s - clock.now(), 0.0)):
                 raise TimeoutError
-            chunk = os.read(self.connection.fileno(), _CHUNK_BYTES)
+            chunk = self._link.recv(_CHUNK_BYTES)
             if not chunk:
                 raise EOFError
             line += chunk
@@ -167,27 +168,33 @@ class _Process:
         return bytes(line)
 
     def kill(self) -> None:
-        """End the worker process and all its descendants. Outside of Linux, end its process group only."""
+        """End the worker process and all its descendants: on macOS its process group only, on Windows itself only."""
         with suppress(ProcessLookupError, PermissionError):  # macOS raises PermissionError for an ended process
-            if supervisor.IS_AVAILABLE:
-                os.kill(self._popen.pid, signal.SIGTERM)
+            if IS_LINUX:
+                os.kill(self._popen.pid, signal.SIGTERM)  # the supervisor ends the others
             else:
-                os.killpg(self._popen.pid, signal.SIGKILL)
+                self._kill_group()
 
     def end(self, grace_s: float) -> int:
-        """End the worker process and all its descendants, and return its exit status.
+        """End the worker process and its descendants, as `kill` does, and return its exit status.
 
         grace_s: the seconds that the process has to exit by itself before it is killed.
         """
         with suppress(TimeoutExpired):
             self._popen.wait(grace_s)
-        if self._popen.returncode is None or not supervisor.IS_AVAILABLE:
+        if self._popen.returncode is None or not IS_LINUX:
             self.kill()  # the process may have ended, but other processes of its group may still run
-        self.connection.close()
+        self._link.close()
         with suppress(TimeoutExpired):
             return self._popen.wait(_SUPERVISOR_GRACE_S)
-        os.killpg(self._popen.pid, signal.SIGKILL)
+        self._kill_group()
         return self._popen.wait()
+
+    def _kill_group(self) -> None:
+        if HAS_POSIX:
+            os.killpg(self._popen.pid, signal.SIGKILL)
+        else:
+            self._popen.kill()
 
 
 def _format_status(status: int) -> str:

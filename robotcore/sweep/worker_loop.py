@@ -5,16 +5,18 @@ from __future__ import annotations
 import json
 import os
 import pickle
+import struct
 import sys
 from contextlib import suppress
-from multiprocessing.connection import Connection
 from queue import SimpleQueue
+from socket import socket
 from threading import Thread
 from typing import Any, NoReturn
 
 from robotcore import errors
+from robotcore.child_process import receive_link
 from robotcore.errors import RobotcoreError
-from robotcore.sweep import supervisor
+from robotcore.system import HAS_POSIX, IS_LINUX
 
 _THREAD_VARIABLES = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS", "VECLIB_MAXIMUM_THREADS")
 
@@ -25,23 +27,30 @@ _ERROR_ATTRIBUTES = {"_traceback_text", "kind", "fields"}
 """The class attributes of an error that a reply may replace. A reply cannot replace others, such as the exit status."""
 
 
-def run_worker_loop(handle: int) -> NoReturn:
-    """Execute the calls that the parent sends, and send their results. Exits if the parent closes the pipe.
+CALL_SIZE = struct.Struct("!Q")
+"""The number of bytes of a pickled call, which precedes the call."""
 
-    handle: the file descriptor of the worker's end of the pipe.
+
+def run_worker_loop() -> NoReturn:
+    """Execute the calls that the parent sends, and send their results. Exits if the parent closes the link.
+
+    The first argument of the process is the address of the link.
     """
-    supervisor.supervise(handle)
+    link = receive_link(sys.argv.pop(1))
+    if IS_LINUX:
+        from robotcore.sweep.supervisor import supervise
+
+        supervise(link)
     sys.stdout = sys.stderr  # stderr is line-buffered, so a crash loses no line
     _import_libraries()
-    connection, calls = Connection(handle), SimpleQueue[bytes]()
-    # A process that inherits the pipe could send a reply, or keep the pipe open after the end of the worker.
-    os.set_inheritable(handle, False)
-    os.register_at_fork(after_in_child=connection.close)
-    Thread(target=_receive_calls, args=(connection, calls), daemon=True).start()
+    calls = SimpleQueue[bytes]()
+    if HAS_POSIX:  # a process that the app forks could send a reply, or keep the link open after the end of the worker
+        os.register_at_fork(after_in_child=link.close)
+    Thread(target=_receive_calls, args=(link, calls), daemon=True).start()
     with suppress(OSError):  # the parent has ended, or this process was forked by the app
-        _send(handle, write_reply("ready"))
+        link.sendall(write_reply("ready"))
         while True:
-            _send(handle, _run_call(calls.get()))
+            link.sendall(_run_call(calls.get()))
     os._exit(1)
 
 
@@ -56,16 +65,12 @@ def _import_libraries() -> None:
     cv2.setNumThreads(1)
 
 
-def _send(handle: int, line: bytes) -> None:
-    while line:
-        line = line[os.write(handle, line) :]
-
-
-def _receive_calls(connection: Connection, calls: SimpleQueue[bytes]) -> None:
-    """Put each received call into the queue. If the parent closes the pipe, exit at once, even during a call."""
-    with suppress(EOFError, OSError):
+def _receive_calls(link: socket, calls: SimpleQueue[bytes]) -> None:
+    """Put each received call into the queue. If the parent closes the link, exit at once, even during a call."""
+    with suppress(OSError, struct.error), link.makefile("rb") as received:  # struct.error: the end of the link
         while True:
-            calls.put(connection.recv_bytes())
+            (size,) = CALL_SIZE.unpack(received.read(CALL_SIZE.size))
+            calls.put(received.read(size))
     os._exit(1)
 
 

@@ -8,9 +8,10 @@ starts fast.
 from __future__ import annotations
 
 import re
+import select
+from collections.abc import Callable
 from contextlib import suppress
 from functools import partial
-from select import poll, select
 from threading import RLock
 from typing import TYPE_CHECKING
 
@@ -19,6 +20,7 @@ from robotcore.errors import BackendError, ResourceError
 from robotcore.hal.cutoff import Cutoff, UnconfirmedStop
 from robotcore.hal.wall_clock import MonotonicClock
 from robotcore.processes import describe_holders
+from robotcore.system import HAS_POSIX
 from robotcore.threads import start_thread
 
 if TYPE_CHECKING:
@@ -48,6 +50,8 @@ class StopFrame(Cutoff):
     unplugged, the port is closed at once. Otherwise Linux would give the board another port name after replugging. The
     next `arm` or `stop` opens the port again. If the port does not exist then, the board's own time-out stops the
     motors.
+
+    Windows lets one program open a port. There `stop` opens it, which works after the app's process has ended.
     """
 
     def __init__(self, place: str, baud: int, frame: str, answer: str | None, *, has_owner: bool) -> None:
@@ -64,24 +68,33 @@ class StopFrame(Cutoff):
         self._lock = RLock()
 
     def open(self) -> None:
-        from serial import Serial
+        path = self._find_path()
+        if HAS_POSIX:
+            self._open_port(path)
 
+    def _find_path(self) -> str:
         try:
-            path = find_path(self._place)
+            return find_path(self._place)
         except PortMissingError as error:
             raise BackendError(
                 f"{error}; only the board's own time-out stops the motors", kind="port-missing", place=self._place
             ) from error
+
+    def _open_port(self, path: str) -> None:
+        from serial import Serial
+
         try:
             self._serial = Serial(path, self._baud, timeout=0, write_timeout=WRITE_TIMEOUT_S)
         except FAILURES as error:
             raise BackendError(
                 explain_failure(self._place, path, self._baud, error), kind="port-not-opened", place=self._place
             ) from error
-        hung_up = poll()
+        if not HAS_POSIX:
+            return
+        hung_up = select.poll()
         hung_up.register(self._serial.fileno(), 0)
         with suppress(ResourceError):  # `stop` works without the thread too
-            start_thread(partial(self._close_on_hang_up, self._serial, hung_up), f"unplugged {path}")
+            start_thread(partial(self._close_on_hang_up, self._serial, hung_up.poll), f"unplugged {path}")
 
     def arm(self) -> None:
         with self._lock, suppress(Exception):  # `stop` raises a failure that lasts
@@ -131,8 +144,7 @@ class StopFrame(Cutoff):
         assert self._serial
         clock, received, sent = MonotonicClock(), b"", 1
         while clock.now() < ANSWER_TIMEOUT_S:
-            if select([self._serial], [], [], REPEAT_S)[0]:
-                received += self._serial.read(CHUNK)
+            received += self._read_within(REPEAT_S)
             if answer.search(received):
                 return True
             if clock.now() >= sent * REPEAT_S:
@@ -140,18 +152,26 @@ class StopFrame(Cutoff):
                 self._write()
         return False
 
-    def _close_on_hang_up(self, serial: Serial, hung_up: poll) -> None:
+    def _read_within(self, limit_s: float) -> bytes:
+        assert self._serial
+        if HAS_POSIX:
+            return self._serial.read(CHUNK) if select.select([self._serial], [], [], limit_s)[0] else b""
+        self._serial.timeout = limit_s
+        return bytes(self._serial.read(1)) + bytes(self._serial.read(self._serial.in_waiting))
+
+    def _close_on_hang_up(self, serial: Serial, wait_for_hang_up: Callable[[float], object]) -> None:
         while self._serial is serial:
-            if hung_up.poll(HANG_UP_POLL_S * 1000):
+            if wait_for_hang_up(HANG_UP_POLL_S * 1000):
                 with self._lock:
                     if self._serial is serial:
                         self.close()
 
     def _write(self) -> None:
         if self._serial is None:
-            self.open()
+            self._open_port(self._find_path())
         assert self._serial
+        clock = MonotonicClock()
         for pause_s in (REPEAT_PAUSE_S, 0.0):
             self._serial.write(self._frame)
             self._serial.flush()
-            select([], [], [], pause_s)
+            clock.sleep_until(clock.now() + pause_s)

@@ -74,7 +74,8 @@ def read_folder(folder: Path) -> Iterator[Image]:
         text = f"{folder} has no pictures. Name a folder with files such as 01.png or 01.jpg"
         raise UsageError(text, kind="no-pictures", folder=str(folder))
     for file in files:
-        picture = cv2.imread(str(file), cv2.IMREAD_GRAYSCALE)
+        content = np.frombuffer(file.read_bytes(), np.uint8)  # cv2.imread refuses some paths on Windows
+        picture = cv2.imdecode(content, cv2.IMREAD_GRAYSCALE) if content.size else None
         if picture is None:
             text = f"{file} is no picture that OpenCV can read. Remove it, or save it as PNG"
             raise UsageError(text, kind="unreadable-picture", file=str(file))

@@ -12,6 +12,7 @@ import click
 
 from robotcore.cli.command_classes import AnsweringCommand
 from robotcore.errors import Interrupted, RobotcoreError
+from robotcore.system import require_posix
 
 if TYPE_CHECKING:
     from robotcore.deploy.host import RobotAddress
@@ -49,6 +50,8 @@ def robot_argument(command: Callable[..., Any]) -> Callable[..., Any]:
     )
     @wraps(command)
     def run(host: RobotAddress, ssh_config: Path | None, **chosen: Any) -> Any:
+        needed = "the processes, permissions and links of POSIX, and OpenSSH with shared connections"
+        require_posix("robotcore deploy", needed, "Run it in WSL, the Linux of Windows: wsl --install")
         return command(replace(host, ssh_config=ssh_config), **chosen)
 
     return run

@@ -12,6 +12,7 @@ from functools import partial
 
 from robotcore.hal.check_finding import Check, Finding
 from robotcore.python_versions import MAX_PYTHON, MIN_PYTHON
+from robotcore.system import IS_LINUX
 
 
 def check_python() -> Iterator[Finding]:
@@ -26,6 +27,17 @@ def check_python() -> Iterator[Finding]:
             f"{version}: robotcore is not tested with this version",
             f"Use Python {tested}",
             kind="python-untested",
+        )
+
+
+def check_system() -> Iterator[Finding]:
+    """Yield a warning on another system than Linux, because robotcore has not run there."""
+    if not IS_LINUX:
+        yield Finding.warning(
+            "system",
+            f"{platform.system()}: robotcore has run on Linux only, and some protections of a run need it",
+            "Read docs/systems.md, which lists what this system lacks",
+            kind="system-untested",
         )
 
 
@@ -72,6 +84,7 @@ def list_machine_checks() -> tuple[tuple[str, Check], ...]:
     """Return the checks that apply to every machine, by name."""
     opencv = "pip install --force-reinstall opencv-python-headless; on a Pi: sudo apt install python3-opencv"
     return (
+        ("system", check_system),
         ("Python", check_python),
         ("Processor", check_processor),
         ("NumPy", partial(check_library, "NumPy", _run_numpy, "pip install --force-reinstall 'numpy>=1.24'")),

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import fcntl
 import hashlib
 import os
 import time
@@ -99,6 +98,8 @@ def hold_lock(layout: Layout, activity: str, timeout_s: float = LOCK_TIMEOUT_S) 
 
 def _try_lock(layout: Layout, *, is_last: bool) -> int | None:
     """Return the handle of the locked file; None if another process holds the lock, or has removed the file."""
+    import fcntl  # the computer of the developer, which imports this module too, may lack it
+
     layout.root.mkdir(parents=True, exist_ok=True)
     handle = os.open(layout.lock, os.O_RDWR | os.O_CREAT, 0o600)
     try:

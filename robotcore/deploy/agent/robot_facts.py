@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import os
 import platform
-import pwd
 import shutil
 import subprocess
 import sys
@@ -42,6 +41,8 @@ NO_SYSTEMD = Need(
 
 def read_user() -> str:
     """Return the name of the user of this process."""
+    import pwd  # the computer of the developer, which imports this module too, may lack it
+
     return pwd.getpwuid(os.getuid()).pw_name
 
 

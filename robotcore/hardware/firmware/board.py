@@ -6,14 +6,13 @@ import os
 import re
 import select
 import shutil
-import termios
-import tty
 from errno import EINVAL, EIO
 from pathlib import Path
 
 from robotcore.errors import FirmwareError, UsageError
 from robotcore.hal.wall_clock import MonotonicClock
 from robotcore.processes import describe_holders
+from robotcore.system import require_posix
 
 BOARDS = {"uno": "arduino:avr:uno", "nano": "arduino:avr:nano", "nano-old": "arduino:avr:nano:cpu=atmega328old"}
 """The types of boards, and the fully qualified board name of each for arduino-cli."""
@@ -51,7 +50,7 @@ def find_sketch(folder: Path | None) -> Path:
 def read_baud(folder: Path) -> int:
     """Return the baud rate from the config.h of a sketch, or 57600 if the file does not have it."""
     header = folder / "config.h"
-    found = re.search(r"(?m)^#define BAUD (\d+)", header.read_text()) if header.is_file() else None
+    found = re.search(r"(?m)^#define BAUD (\d+)", header.read_text(encoding="utf-8")) if header.is_file() else None
     return int(found[1]) if found else 57600
 
 
@@ -87,6 +86,12 @@ def find_only_port(devices: Path = Path("/dev")) -> str:
         "with --port",
         kind="no-board",
     )
+
+
+def require_terminals() -> None:
+    """Raise UnsupportedSystemError if this program cannot ask a board for its version on this system."""
+    remedy = "Compile with robotcore firmware build, and flash with arduino-cli upload"
+    require_posix("robotcore firmware flash", "POSIX terminals, to ask the board for its version", remedy)
 
 
 def require_free(port: str) -> None:
@@ -126,6 +131,8 @@ def read_version(port: str, baud: int) -> str:
 
     Raises FirmwareError if the port cannot be opened, or if the firmware does not answer in time.
     """
+    import termios
+
     try:
         received = _ask_for_version(port, baud)
     except (OSError, termios.error) as error:
@@ -146,6 +153,9 @@ def read_version(port: str, baud: int) -> str:
 
 
 def _ask_for_version(port: str, baud: int) -> bytes:
+    import termios
+    import tty
+
     if (speed := getattr(termios, f"B{baud}", None)) is None:
         raise OSError(EINVAL, f"a terminal cannot be set to {baud} baud")
     clock, received = MonotonicClock(), b""

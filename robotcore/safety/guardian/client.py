@@ -7,10 +7,11 @@ import signal
 import sys
 from collections.abc import Sequence
 from contextlib import suppress
-from socket import MSG_DONTWAIT, SHUT_WR, socket, socketpair
-from subprocess import DEVNULL, Popen, TimeoutExpired
+from socket import SHUT_WR, socket
+from subprocess import Popen, TimeoutExpired
 from types import TracebackType
 
+from robotcore.child_process import start_linked_process
 from robotcore.errors import GuardianError
 from robotcore.hal.cutoff import CutoffSpec, merge_cutoffs
 from robotcore.hal.wall_clock import MonotonicClock
@@ -25,6 +26,7 @@ from robotcore.safety.guardian.protocol import (
     receive,
 )
 from robotcore.safety.real_time import set_process_priority
+from robotcore.system import HAS_POSIX
 
 MIN_RENEWAL_S = 0.005
 """The shortest time in seconds between two renewals of the lease.
@@ -53,7 +55,7 @@ _DEATH_TIMEOUT_S = 0.1
 
 _STDERR = 2
 _CODE = "import sys; sys.path[:] = sys.argv[2:]; from robotcore.safety.guardian.process import main; main()"
-"""The code that the guardian process runs.
+"""The code that the guardian process runs. Its first argument is the address of the link.
 
 With ``python -m``, a file such as signal.py in the working directory would replace Python's module.
 """
@@ -83,13 +85,12 @@ class Guardian:
         self._unanswered_since: float | None = None
         self._driving_since: float | None = None
         self._failure: GuardianError | None = None
-        self._link, theirs = socketpair()
-        with theirs:
-            self._process = _start_process(self._link, theirs)
+        self._process, self._link = _start_process()
         try:
             if priority is not None:  # before the assignment, after which the process starts its threads
                 self._set_priority(priority)
-            os.register_at_fork(after_in_child=self._link.close)  # a copy in a fork would hide this process's end
+            if HAS_POSIX:
+                os.register_at_fork(after_in_child=self._link.close)  # a copy in a fork would hide this process's end
             self._assign(Assignment(os.getpid(), lease, merge_cutoffs(cutoffs)))
         except BaseException:
             self._end(0.0)
@@ -112,7 +113,7 @@ class Guardian:
         if self._driving_since is not None and now - self._driving_since < MIN_RENEWAL_S:
             return False
         try:
-            self._link.send(BEGIN_LEASE, MSG_DONTWAIT)
+            self._link.send(BEGIN_LEASE)
         except BlockingIOError:
             raise self._fail("reads no commands", "guardian-overflow") from None
         except OSError:
@@ -126,7 +127,7 @@ class Guardian:
         """End the lease. The caller must have stopped every motor."""
         self._driving_since = None
         with suppress(OSError):  # the next `renew_lease` raises
-            self._link.send(END_LEASE, MSG_DONTWAIT)
+            self._link.send(END_LEASE)
 
     def stops(self) -> list[GuardianReply]:
         """Return the reports of the guardian's stops since the last call. The method does not wait.
@@ -144,7 +145,7 @@ class Guardian:
 
     def _receive(self) -> bytes:
         try:
-            data = receive(self._link, MSG_DONTWAIT)
+            data = receive(self._link)
         except BlockingIOError:
             since, now = self._unanswered_since, self._clock.now()
             if since is not None and now - since > ANSWER_TIMEOUT_S:
@@ -167,7 +168,7 @@ class Guardian:
         """End the guardian process and wait for its end. After an exception, the guardian stops the motors first."""
         with suppress(OSError):
             if error is None:
-                self._link.send(END, MSG_DONTWAIT)
+                self._link.send(END)
             self._link.shutdown(SHUT_WR)
         self._end(EXIT_TIMEOUT_S)
 
@@ -196,7 +197,7 @@ class Guardian:
             raise self._fail_dead(_NOT_STARTED) from None
         if opened.failed:
             raise self._fail(f"cannot open {'; '.join(opened.failed)}", "cutoff-not-opened", _NOT_STARTED)
-        self._link.settimeout(None)
+        self._link.setblocking(False)
 
     def _fail_dead(self, consequence: str = _RUN_STOPPED) -> GuardianError:
         with suppress(TimeoutExpired):
@@ -223,18 +224,11 @@ class Guardian:
         self._link.close()
 
 
-def _start_process(ours: socket, theirs: socket) -> Popen[bytes]:
+def _start_process() -> tuple[Popen[bytes], socket]:
     # The output of the process goes to stderr, because stdout contains the run's result.
     try:
-        return Popen(  # noqa: S603  the Python that runs this code
-            [sys.executable, "-c", _CODE, str(theirs.fileno()), *sys.path],
-            stdin=DEVNULL,
-            stdout=_STDERR,
-            pass_fds=[theirs.fileno()],
-            start_new_session=True,
-        )
+        return start_linked_process(_CODE, sys.path, stdout=_STDERR, outlives_console=True)
     except OSError as error:
-        ours.close()
         raise GuardianError(
             f"no guardian process can be started: {error.strerror}. {_NOT_STARTED}", kind="guardian-not-started"
         ) from error

@@ -13,6 +13,7 @@ from queue import SimpleQueue
 from socket import socket
 from typing import Literal
 
+from robotcore.child_process import receive_link
 from robotcore.errors import ResourceError, RobotcoreError
 from robotcore.hal.clock import Clock
 from robotcore.hal.cutoff import Cutoff, CutoffSpec, UnconfirmedStop, merge_cutoffs
@@ -121,7 +122,9 @@ It is short, because the guardian does not check the lease while it arms.
 """
 
 
-IGNORED_SIGNALS = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP, signal.SIGQUIT, signal.SIGABRT)
+_IGNORED = ("SIGINT", "SIGTERM", "SIGHUP", "SIGQUIT", "SIGBREAK", "SIGABRT")
+
+IGNORED_SIGNALS = [getattr(signal, name) for name in _IGNORED if hasattr(signal, name)]
 """The signals that the guardian ignores, because the app must end first.
 
 A terminal or systemd sends them to the app and to the guardian. The watchdog of systemd sends SIGABRT.
@@ -129,11 +132,10 @@ A terminal or systemd sends them to the app and to the guardian. The watchdog of
 
 
 def main() -> None:
-    """Read the assignment from a socket, and guard the motors. The argument of the program is the socket's number."""
+    """Read the assignment from the link, and guard the motors. The first argument is the address of the link."""
     for number in IGNORED_SIGNALS:
         signal.signal(number, signal.SIG_IGN)
-    link = socket(fileno=int(sys.argv[1]))
-    link.set_inheritable(False)  # a child process must not keep it open
+    link = receive_link(sys.argv[1])
     with suppress(EOFError):
         assignment = Assignment.from_line(read_line(link))
         try:

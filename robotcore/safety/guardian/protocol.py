@@ -77,10 +77,10 @@ class GuardianReply:
         return cls(payload["action"], tuple(payload["done"]), tuple(payload["failed"]), tuple(payload["messages"]))
 
 
-def receive(link: socket, flags: int = 0) -> bytes:
+def receive(link: socket) -> bytes:
     """Return the bytes that have arrived. Return no bytes if the other process has closed its socket."""
     with suppress(ConnectionError):  # the other end was closed before it read all bytes
-        return link.recv(_CHUNK, flags)
+        return link.recv(_CHUNK)
     return b""
 
 

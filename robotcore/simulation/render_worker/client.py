@@ -18,6 +18,7 @@ import numpy as np
 from robotcore.optics import CameraView, Image, Intrinsics
 from robotcore.simulation.render_worker.protocol import READY, count_bytes, pack_view
 from robotcore.simulation.rigid_body import Renderer
+from robotcore.system import IS_LINUX
 
 CLOSING_S = 1.0
 """The longest wait for the end of the process, in seconds. After it, the process is killed."""
@@ -30,7 +31,7 @@ def has_free_core() -> bool:
 
     OMP_NUM_THREADS=1 says that it may not. The workers of a sweep have this variable, because each has one core.
     """
-    if sys.platform != "linux":
+    if not IS_LINUX:
         return False
     return os.environ.get("OMP_NUM_THREADS") != "1" and len(os.sched_getaffinity(0)) > 1
 

@@ -2,18 +2,24 @@
 
 from __future__ import annotations
 
-import fcntl
 import os
 import secrets
 import select
 import sys
-import termios
-import tty
 from contextlib import suppress
 from pathlib import Path
 from threading import RLock
 
+import pytest
+
 from robotcore.hal.wall_clock import MonotonicClock
+
+try:
+    import fcntl
+    import termios
+    import tty
+except ModuleNotFoundError:
+    pytest.skip("a pseudo-terminal needs POSIX", allow_module_level=True)
 
 WAITING_S = 20.0
 """The longest wait for the kernel, which usually passes bytes on within microseconds.

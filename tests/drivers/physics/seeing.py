@@ -1,7 +1,6 @@
 from __future__ import annotations
 
 import math
-import sys
 import time
 from pathlib import Path
 
@@ -145,7 +144,7 @@ class RenderingAhead(EngineTests):
     """Tests that a process renders the pictures of a camera with a latency, for every engine."""
 
     @pytest.mark.slow
-    @pytest.mark.skipif(sys.platform != "linux", reason="a worker needs Linux")
+    @pytest.mark.linux("a worker needs Linux")
     @pytest.mark.parametrize("choice", ["rendered", "painted"])
     def test_pictures_of_another_process_are_equal_to_the_bit(
         self, choice: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch

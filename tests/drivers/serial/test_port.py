@@ -11,6 +11,7 @@ from pydantic import TypeAdapter, ValidationError
 from serial import SerialException
 from serial.tools import list_ports
 
+from drivers.serial import port as port_module
 from drivers.serial.driver import PortPlace
 from drivers.serial.port import WRITE_TIMEOUT_S, Port, PortMissingError, explain_failure, find_path
 from robotcore.hal.wall_clock import MonotonicClock
@@ -42,6 +43,21 @@ def ports(monkeypatch: pytest.MonkeyPatch) -> None:
 )
 def test_a_port_is_found_by_its_usb_id_or_its_path(place: str, path: str) -> None:
     assert find_path(place) == path
+
+
+def test_a_port_of_windows_is_found_by_its_name(monkeypatch: pytest.MonkeyPatch) -> None:
+    port = SimpleNamespace(device="COM3", vid=None, pid=None, serial_number=None)
+    monkeypatch.setattr(list_ports, "comports", lambda: [port])
+    assert TypeAdapter(PortPlace).validate_python("com3") == find_path("com3") == "com3"
+    with pytest.raises(PortMissingError, match=r"there is no COM4; there is COM3"):
+        find_path("COM4")
+
+
+def test_a_refusal_of_windows_means_another_program(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Pyserial has the error of Windows in its text only."""
+    monkeypatch.setattr(port_module, "HAS_POSIX", False)
+    error = SerialException("could not open port 'COM3': PermissionError(13, 'Access is denied.', None, 5)")
+    assert "held by another program" in explain_failure("COM3", "COM3", 9600, error)
 
 
 def test_a_port_with_a_name_that_is_too_long_is_missing() -> None:
@@ -84,6 +100,7 @@ OWN_GROUP = os.getgid() or 5
     [(OWN_GROUP, 0o660), (OWN_GROUP, 0o600), (0, 0o660)],
     ids=["group-may", "group-may-not", "root-group"],
 )
+@pytest.mark.posix("Windows has no groups of ports")
 def test_the_remedy_names_a_group_only_if_its_members_may_use_the_port(
     monkeypatch: pytest.MonkeyPatch, group: int, mode: int, check_text: CheckText
 ) -> None:
@@ -95,6 +112,7 @@ def test_the_remedy_names_a_group_only_if_its_members_may_use_the_port(
     check_text(text, hide=[f" {name} $USER"])
 
 
+@pytest.mark.posix("it replaces os.write, which only POSIX uses")
 def test_a_finished_write_is_no_failure_after_a_long_suspension(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:

@@ -6,7 +6,6 @@ import json
 import os
 import subprocess
 import sys
-import termios
 import threading
 from collections.abc import Callable, Iterator
 from contextlib import suppress
@@ -14,6 +13,11 @@ from pathlib import Path
 from typing import Any
 
 import pytest
+
+try:
+    import termios
+except ModuleNotFoundError:
+    pytest.skip("a pseudo-terminal needs POSIX", allow_module_level=True)
 
 ROOT = Path(__file__).parents[3]
 LIMIT_S = 60.0

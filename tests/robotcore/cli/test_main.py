@@ -7,12 +7,15 @@ import shutil
 import signal
 import subprocess
 import sys
+import threading
+from collections.abc import Iterator
 from inspect import cleandoc
 
 import click
 import pytest
 
 from robotcore.cli.main import robotcore, run_app
+from robotcore.runtime.signals import END_SIGNALS
 from tests.robotcore.cli.conftest import AppFile, Cli
 from tests.texts import CheckText
 
@@ -108,7 +111,7 @@ def test_an_interrupt_outside_a_run_has_exit_status_128_plus_sigint(cli: Cli, mo
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM, signal.SIGHUP])
+@pytest.mark.parametrize("number", END_SIGNALS[:3])
 def test_an_interrupted_process_reports_the_signal_and_ends_by_it(app_file: AppFile, number: int) -> None:
     command = [sys.executable, "-m", "robotcore", "run", app_file(f"os.kill(os.getpid(), {int(number)})"), "--json"]
     done = subprocess.run(command, capture_output=True, text=True, check=False)
@@ -138,6 +141,16 @@ def test_ctrl_c_also_ends_a_loop_of_the_shell(app_file: AppFile) -> None:
     assert "went on" not in done.stdout
 
 
+@pytest.fixture
+def no_limit_of_the_exit() -> Iterator[None]:
+    """Cancel the timer that limits the exit of the process, because the process of the tests continues."""
+    yield
+    for thread in threading.enumerate():
+        if isinstance(thread, threading.Timer):
+            thread.cancel()
+
+
+@pytest.mark.usefixtures("no_limit_of_the_exit")
 def test_an_app_file_runs_itself_with_the_arguments_of_the_process(
     monkeypatch: pytest.MonkeyPatch, capfd: pytest.CaptureFixture[str], check_text: CheckText
 ) -> None:

@@ -172,6 +172,7 @@ def test_an_output_replaces_the_previous_file_and_leaves_no_other_file(
 
 @pytest.mark.parametrize("mode", [0o600, 0o664])
 @pytest.mark.parametrize("option, name", OUTPUTS)
+@pytest.mark.posix("Windows has no permission bits")
 def test_output_has_the_permissions_of_the_replaced_file(
     cli: Cli, brief_recording: Path, tmp_path: Path, option: str, name: str, mode: int
 ) -> None:

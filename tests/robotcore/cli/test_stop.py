@@ -103,6 +103,7 @@ def test_a_simulator_has_nothing_to_stop(cli: Cli, check_text: CheckText) -> Non
         ("--backend", "serial", "--option", "speed=7"),
     ],
 )
+@pytest.mark.linux("a stop finds runs in /proc")
 def test_wrong_arguments_are_refused(
     cli: Cli, project: Path, arguments: tuple[str, ...], check_text: CheckText
 ) -> None:
@@ -113,6 +114,7 @@ def test_wrong_arguments_are_refused(
 
 
 @pytest.mark.slow
+@pytest.mark.linux("a stop finds runs in /proc")
 def test_without_a_backend_the_active_run_is_ended_and_its_robot_is_stopped(
     cli: Cli, diary: Path, start: Start, monkeypatch: pytest.MonkeyPatch, check_text: CheckText
 ) -> None:
@@ -133,6 +135,7 @@ def install_runs(monkeypatch: pytest.MonkeyPatch, *robots: str) -> None:
     monkeypatch.setattr("robotcore.runtime.active_runs.end_runs", lambda runs, _: runs)
 
 
+@pytest.mark.linux("a stop finds runs in /proc")
 def test_the_robot_of_a_run_that_does_not_end_is_stopped_too(
     cli: Cli, diary: Path, monkeypatch: pytest.MonkeyPatch, check_text: CheckText
 ) -> None:
@@ -144,6 +147,7 @@ def test_the_robot_of_a_run_that_does_not_end_is_stopped_too(
 
 
 @pytest.mark.slow
+@pytest.mark.linux("a stop finds runs in /proc")
 def test_a_robot_that_cannot_be_stopped_does_not_prevent_the_stop_of_another(
     cli: Cli, diary: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -155,6 +159,7 @@ def test_a_robot_that_cannot_be_stopped_does_not_prevent_the_stop_of_another(
     assert [setup.robot.name for setup in backend.asked] == ["rover"]
 
 
+@pytest.mark.linux("a stop finds runs in /proc")
 def test_output_that_cannot_be_written_does_not_prevent_the_stop_of_another_robot(
     cli: Cli, diary: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -169,6 +174,7 @@ def test_output_that_cannot_be_written_does_not_prevent_the_stop_of_another_robo
 
 
 @pytest.mark.parametrize("robot", ["rover", "mine.toml"])
+@pytest.mark.linux("a stop finds runs in /proc")
 def test_without_a_run_the_robot_of_the_project_in_this_folder_is_stopped(
     cli: Cli, diary: Path, project: Path, monkeypatch: pytest.MonkeyPatch, robot: str, check_text: CheckText
 ) -> None:
@@ -184,6 +190,7 @@ def test_without_a_run_the_robot_of_the_project_in_this_folder_is_stopped(
     assert (setup.robot.name, dict(setup.options)) == (robot.removesuffix(".toml"), {"port": "7"})
 
 
+@pytest.mark.linux("a stop finds runs in /proc")
 def test_robot_of_the_project_on_a_machine_without_its_libraries_is_another_machine(
     cli: Cli, diary: Path, project: Path, monkeypatch: pytest.MonkeyPatch, check_text: CheckText
 ) -> None:

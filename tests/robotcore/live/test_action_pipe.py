@@ -5,9 +5,13 @@ from __future__ import annotations
 import asyncio
 import json
 import os
+import threading
 from collections.abc import Callable
 from typing import Any
 
+import pytest
+
+from robotcore.live import server
 from robotcore.live.server import MAX_WAITING, ActionPipe
 
 Act = Callable[[dict[str, Any]], None]
@@ -44,6 +48,7 @@ def drive(linear: float) -> dict[str, Any]:
 END = {"type": "end"}
 
 
+@pytest.mark.posix("it fills a pipe without waiting")
 def test_the_run_gets_the_newest_velocity_only() -> None:
     def write(act: Act) -> None:
         for step in range(1000):
@@ -55,6 +60,7 @@ def test_the_run_gets_the_newest_velocity_only() -> None:
     assert read_after(write) == [{"type": "release"}, drive(0.0), END]
 
 
+@pytest.mark.posix("it fills a pipe without waiting")
 def test_the_estop_comes_before_what_waits() -> None:
     def write(act: Act) -> None:
         act(drive(1.0))
@@ -67,6 +73,7 @@ def test_the_estop_comes_before_what_waits() -> None:
     assert read_after(write) == expected
 
 
+@pytest.mark.posix("it fills a pipe without waiting")
 def test_commands_to_many_devices_do_not_fill_the_memory() -> None:
     def write(act: Act) -> None:
         for number in range(1000):
@@ -77,3 +84,20 @@ def test_commands_to_many_devices_do_not_fill_the_memory() -> None:
     actions = read_after(write)
     assert len(actions) == MAX_WAITING + 2
     assert actions[-2] == drive(0.0)
+
+
+def test_without_posix_a_thread_writes_the_actions(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(server, "HAS_POSIX", False)
+    source, target = os.pipe()
+    loop = asyncio.new_event_loop()
+    pipe = ActionPipe(target, loop)
+    with os.fdopen(source, "rb") as reading:
+        for action in (drive(1.0), {"type": "estop"}, END):
+            pipe.write(action)
+        lines = [json.loads(reading.readline()) for _ in range(3)]
+    assert sorted(each["type"] for each in lines) == ["drive", "end", "estop"]
+    pipe.write(END)  # the run has ended, so the thread ends
+    (thread,) = (each for each in threading.enumerate() if each.name == "actions")
+    thread.join(5)
+    loop.close()
+    os.close(target)

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import os
 import queue
-import resource
 import signal
 import subprocess
 import sys
@@ -92,10 +91,13 @@ def test_signal_before_the_metadata_leaves_a_closed_file(
 
 
 @pytest.mark.slow
+@pytest.mark.posix("it limits the size of files")
 @pytest.mark.parametrize("limit", [100, 20_000])
 def test_full_disk_ends_the_recording_and_not_the_run(
     raises: Raises, file: Path, capfd: pytest.CaptureFixture[str], limit: int
 ) -> None:
+    import resource
+
     recorder, limits = Recorder(file), resource.getrlimit(resource.RLIMIT_FSIZE)
     resource.setrlimit(resource.RLIMIT_FSIZE, (limit, limits[1]))
     try:
@@ -175,13 +177,17 @@ def test_real_robot_does_not_wait_for_a_slow_disk(file: Path, monkeypatch: pytes
     assert all(each.device != "eye" for each in recording.samples)
 
 
+def mkfifo(file: Path) -> None:
+    os.mkfifo(file)
+
+
 @pytest.mark.parametrize(
     "name, spoil, kind",
     [
         ("run.txt", lambda _: None, "file-ending"),
         ("gone/run.mcap", lambda _: None, "file-not-writable"),
         ("run.mcap", Path.mkdir, "file-not-writable"),
-        ("run.mcap", os.mkfifo, "file-not-writable"),
+        pytest.param("run.mcap", mkfifo, "file-not-writable", marks=pytest.mark.posix("a FIFO")),
         ("run.mcap", lambda file: file.symlink_to("own.mcap"), "file-not-writable"),
     ],
 )

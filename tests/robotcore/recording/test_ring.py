@@ -422,6 +422,7 @@ def test_metadata_and_segments_are_synced_to_the_disk_during_the_run(
 
 
 @pytest.mark.usefixtures("often_flushed")
+@pytest.mark.posix("Windows lacks O_NOFOLLOW")
 def test_a_link_that_replaces_a_recording_is_not_followed(file: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     other = file.with_name("other.txt")
     other.write_text("text")

@@ -19,6 +19,8 @@ from tests.robotcore.safety.guardian.doubles import UNGUARDED, RecordingBackend,
 from tests.robotcore.safety.guardian.guarded_run import run_on
 from tests.texts import CheckText
 
+pytestmark = pytest.mark.linux("it finds processes in /proc")
+
 
 @pytest.fixture(autouse=True)
 def runtime(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:

@@ -184,6 +184,7 @@ def test_motors_stand_before_the_program_is_suspended(perform: Runner, backend: 
     assert result.outcome is Outcome.TIMEOUT
 
 
+@pytest.mark.posix("it suspends the program")
 def test_sample_after_a_suspension_is_new(perform: Runner, backend: RigBackend) -> None:
     waking: list[threading.Timer] = []
 

@@ -14,21 +14,20 @@ import pytest
 
 from robotcore.errors import Interrupted
 from robotcore.hal.robot import Robot
-from robotcore.runtime.signals import LAST_SIGNAL, WATCHDOG_SIGNAL, SignalGuard, WatchdogInterrupt
+from robotcore.runtime import signals
+from robotcore.runtime.signals import END_SIGNALS, LAST_SIGNAL, WATCHDOG_SIGNAL, SignalGuard, WatchdogInterrupt
 from tests.robotcore.fakes import FunctionApp
 from tests.robotcore.runs import Runner
 
-SIGNALS = [signal.SIGINT, signal.SIGTERM, signal.SIGHUP, signal.SIGQUIT]
+SIGNALS = END_SIGNALS
 
 
 @pytest.fixture(autouse=True)
 def _own_handlers() -> Iterator[None]:
     """Install the handlers of a program that was started from a terminal."""
     before = {number: signal.getsignal(number) for number in SIGNALS}
-    signal.signal(signal.SIGINT, signal.default_int_handler)
-    signal.signal(signal.SIGTERM, signal.SIG_DFL)
-    signal.signal(signal.SIGHUP, signal.SIG_DFL)
-    signal.signal(signal.SIGQUIT, signal.SIG_DFL)
+    for number in SIGNALS:
+        signal.signal(number, signal.default_int_handler if number == signal.SIGINT else signal.SIG_DFL)
     yield
     for number, handler in before.items():
         signal.signal(number, handler)
@@ -155,12 +154,13 @@ class TestSignalGuard:
             assert [signal.getsignal(number) for number in SIGNALS] != before
         assert [signal.getsignal(number) for number in SIGNALS] == before
 
-    @pytest.mark.parametrize("number", [signal.SIGHUP, signal.SIGQUIT])
+    @pytest.mark.parametrize("number", [each for each in SIGNALS if each not in (signal.SIGINT, signal.SIGTERM)])
     def test_ignored_signal_stays_ignored(self, number: signal.Signals) -> None:
         signal.signal(number, signal.SIG_IGN)
         with SignalGuard():
             signal.raise_signal(number)
 
+    @pytest.mark.posix("on Windows only the wait of time.sleep ends")
     def test_watchdog_interrupts_a_waiting_call(self) -> None:
         with SignalGuard() as guard:
             timer = threading.Timer(0.05, guard.interrupt_main_thread)
@@ -173,10 +173,20 @@ class TestSignalGuard:
                 wait()
             timer.join()
 
+    def test_without_posix_the_watchdog_raises_sigint_and_a_later_ctrl_c_is_still_one(
+        self, monkeypatch: pytest.MonkeyPatch
+    ) -> None:
+        monkeypatch.setattr(signals, "HAS_POSIX", False)
+        with SignalGuard() as guard:
+            with pytest.raises(WatchdogInterrupt):
+                guard.interrupt_main_thread()
+            with pytest.raises(Interrupted):
+                signal.raise_signal(signal.SIGINT)
+
     def test_watchdog_interrupt_after_the_mask_raises_nothing(self) -> None:
         with SignalGuard() as guard:
             guard.mask()
-            signal.raise_signal(WATCHDOG_SIGNAL)
+            signal.raise_signal(WATCHDOG_SIGNAL or signal.SIGINT)
             guard.interrupt_main_thread()
 
     def test_guard_outside_the_main_thread_handles_no_signals(self) -> None:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-import resource
+import mmap
 import subprocess
 import sys
 import threading
@@ -39,7 +39,7 @@ def reserve() -> Iterator[Reserve]:
     reserve.close()
 
 
-@pytest.mark.skipif(sys.platform != "linux", reason="the limit is one of Linux's address space")
+@pytest.mark.linux("the limit is one of Linux's address space")
 def test_refused_thread_or_memory_is_a_resource_error() -> None:
     out = subprocess.run([sys.executable, "-c", NO_ROOM_FOR_A_STACK], check=True, capture_output=True, text=True).stdout
     assert out.splitlines() == [
@@ -94,10 +94,10 @@ def test_close_ends_every_thread_even_a_busy_one(reserve: Reserve) -> None:
     assert not any(thread.is_alive() for thread in started)
 
 
-@pytest.mark.skipif(sys.platform != "linux", reason="it reads /proc")
+@pytest.mark.linux("it reads /proc")
 def test_reserved_memory_takes_address_space_only(reserve: Reserve) -> None:
     def resident() -> int:
-        return int(Path("/proc/self/statm").read_text().split()[1]) * resource.getpagesize()
+        return int(Path("/proc/self/statm").read_text().split()[1]) * mmap.PAGESIZE
 
     before = resident()
     reserve.hold(threads=0)

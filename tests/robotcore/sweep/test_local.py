@@ -79,6 +79,7 @@ def test_a_run_that_raises_dies_or_writes_to_its_pipe_fails_alone(app_file: AppF
         "os.fork() or Event().wait(), os._exit(3)",
     ],
 )
+@pytest.mark.posix("it sends signals, and forks")
 def test_a_worker_that_exits_is_reported_at_once_with_its_status(
     app_file: AppFile, code: str, check_text: CheckText
 ) -> None:
@@ -87,6 +88,7 @@ def test_a_worker_that_exits_is_reported_at_once_with_its_status(
 
 
 @pytest.mark.slow
+@pytest.mark.posix("it forks")
 def test_a_process_that_an_app_forks_cannot_reply(app_file: AppFile) -> None:
     sweep = make_sweep(app_file("os.fork() or Event().wait(0.02)"), seeds=20)
     seeds = [output.record.result.seed for output in LocalEngine(1).perform(sweep, sweep.requests())]
@@ -94,6 +96,7 @@ def test_a_process_that_an_app_forks_cannot_reply(app_file: AppFile) -> None:
 
 
 @pytest.mark.slow
+@pytest.mark.posix("Windows has no sessions")
 @pytest.mark.parametrize("end, outcome", [("pass", "success"), ("os._exit(3)", "error"), ("Event().wait()", "error")])
 def test_a_process_in_its_own_session_ends_with_the_sweep(
     app_file: AppFile, tmp_path: Path, end: str, outcome: str, check_text: CheckText
@@ -144,12 +147,13 @@ def _attempt(reply: list[str] | RobotcoreError, request: RunRequest = REQUEST) -
 
 INTERRUPT_AT_START_OF_WORKER = """
 import os, signal, sys
-if "robotcore.sweep.worker" in sys.orig_argv[-1]:
+if "robotcore.sweep.worker" in " ".join(sys.orig_argv):
     os.killpg(os.getpgid(os.getppid()), signal.SIGINT)
 """
 
 
 @pytest.mark.slow
+@pytest.mark.posix("it sends SIGINT to a process group")
 def test_ctrl_c_while_workers_start_is_reported_once(app_file: AppFile, tmp_path: Path) -> None:
     """A terminal sends SIGINT to the whole process group. No worker is in the group."""
     (tmp_path / "sitecustomize.py").write_text(INTERRUPT_AT_START_OF_WORKER)

@@ -53,6 +53,7 @@ def ward(monkeypatch: pytest.MonkeyPatch) -> type[FindingBackend]:
     values = {"ward": f"{__name__}:FindingBackend", "broken": "no_such_package:Thing"}
     points = {registry.BACKENDS: {name: EntryPoint(name, value, "") for name, value in values.items()}}
     monkeypatch.setattr("robotcore.plugins._points", lambda group: points.get(group, {}))
+    monkeypatch.setattr("robotcore.cli.doctor.machine.IS_LINUX", True)
     for name in ("found", "error", "is_here"):
         monkeypatch.setattr(FindingBackend, name, getattr(FindingBackend, name))
     return FindingBackend

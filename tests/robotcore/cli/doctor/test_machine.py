@@ -5,7 +5,7 @@ import sys
 
 import pytest
 
-from robotcore.cli.doctor.machine import check_processor, check_python, list_machine_checks
+from robotcore.cli.doctor.machine import check_processor, check_python, check_system, list_machine_checks
 from robotcore.hal.check_finding import Finding, Level
 from tests.texts import CheckText
 
@@ -50,3 +50,11 @@ def test_a_broken_library_is_an_error_with_a_remedy(
     found = find_library(name)
     assert (found.kind, found.level) == ("library-broken", Level.ERROR)
     check_text(found.remedy)
+
+
+@pytest.mark.parametrize("is_linux, kinds", [(True, []), (False, ["system-untested"])])
+def test_another_system_than_linux_is_a_warning(
+    monkeypatch: pytest.MonkeyPatch, is_linux: bool, kinds: list[str]
+) -> None:
+    monkeypatch.setattr("robotcore.cli.doctor.machine.IS_LINUX", is_linux)
+    assert [finding.kind for finding in check_system()] == kinds

@@ -56,15 +56,16 @@ def gripper(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(KinematicBackend, "open", open_with_gripper)
 
 
-SUSPENSION = Disturbance(5, send_signal(signal.SIGTSTP))
+SUSPEND = getattr(signal, "SIGTSTP", signal.SIGTERM)  # Windows has no suspension
+SUSPENSION = Disturbance(5, send_signal(SUSPEND))
 
 
 @pytest.fixture
 def shell() -> Iterator[None]:
     """Continue a suspended program at once."""
-    before = signal.signal(signal.SIGTSTP, lambda *_: None)
+    before = signal.signal(SUSPEND, lambda *_: None)
     yield
-    signal.signal(signal.SIGTSTP, before)
+    signal.signal(SUSPEND, before)
 
 
 def record_gripper(**asked: Any) -> Recording:

@@ -6,7 +6,6 @@ import ctypes
 import json
 import math
 import os
-import resource
 import signal
 import sys
 import threading
@@ -178,6 +177,8 @@ class Steps:
 
 def limit_address_space(bytes_left: int) -> None:
     """Limit the process to this many bytes more than it uses now."""
+    import resource
+
     used = int(Path("/proc/self/statm").read_text().split()[0]) * resource.getpagesize()
     resource.setrlimit(resource.RLIMIT_AS, (used + bytes_left, resource.RLIM_INFINITY))
 

@@ -2,7 +2,6 @@ from __future__ import annotations
 
 import os
 import signal
-import sys
 from collections.abc import Iterator
 from dataclasses import replace
 from pathlib import Path
@@ -43,9 +42,10 @@ def process_numbers(monkeypatch: pytest.MonkeyPatch) -> list[int]:
     numbers: list[int] = []
     start = client._start_process
 
-    def start_and_record(ours: socket, theirs: socket) -> Popen[bytes]:
-        numbers.append((process := start(ours, theirs)).pid)
-        return process
+    def start_and_record() -> tuple[Popen[bytes], socket]:
+        process, link = start()
+        numbers.append(process.pid)
+        return process, link
 
     monkeypatch.setattr(client, "_start_process", start_and_record)
     return numbers
@@ -174,7 +174,7 @@ def test_death_of_a_guardian_at_its_start_is_reported(
         Guardian([cutoff(diary)], LEASE_S)
 
 
-@pytest.mark.skipif(sys.platform != "linux", reason="the limit is one of Linux's address space")
+@pytest.mark.linux("the limit is one of Linux's address space")
 def test_guardian_without_threads_begins_no_run(
     diary: Path, monkeypatch: pytest.MonkeyPatch, process_numbers: list[int], raises: Raises
 ) -> None:

@@ -3,14 +3,13 @@
 from __future__ import annotations
 
 import json
-import sys
 
 import pytest
 
 from tests.robotcore.safety.guardian.doubles import MOTORS, UNGUARDED, Running, Start
 from tests.robotcore.safety.guardian.recorder import notes
 
-pytestmark = pytest.mark.skipif(sys.platform != "linux", reason="the limit is one of Linux's address space")
+pytestmark = pytest.mark.linux("the limit is one of Linux's address space")
 
 LATE_S = 0.5
 """The longest time to a stop. The lease is 0.125 s, and the watchdog would act after 3 s."""

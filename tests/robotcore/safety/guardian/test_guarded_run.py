@@ -11,6 +11,7 @@ from collections.abc import Sequence
 
 import pytest
 
+from robotcore.runtime.signals import END_SIGNALS
 from tests.robotcore.safety.guardian.doubles import MOTORS, Running, Start
 from tests.robotcore.safety.guardian.recorder import notes
 from tests.texts import CheckText
@@ -83,7 +84,7 @@ def test_fork_of_the_app_does_not_hide_the_death_of_the_app(start: Start, check_
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM, signal.SIGHUP])
+@pytest.mark.parametrize("number", END_SIGNALS[:3])
 def test_the_guardian_outlives_the_run_at_a_signal_to_all_processes_of_the_terminal(
     start: Start, number: signal.Signals
 ) -> None:

@@ -31,7 +31,7 @@ from tests.robotcore.simulation.render_worker.renderers import (
     build_view,
 )
 
-pytestmark = [pytest.mark.slow, pytest.mark.skipif(sys.platform != "linux", reason="a worker needs Linux")]
+pytestmark = [pytest.mark.slow, pytest.mark.linux("a worker needs Linux")]
 PICTURES = 3
 LONG_S = 30.0
 
@@ -118,12 +118,12 @@ def test_a_painted_picture_of_another_process_is_equal() -> None:
     assert np.array_equal(image, build().picture(view))
 
 
-@pytest.mark.parametrize("number", [signal.SIGKILL, signal.SIGTERM, signal.SIGSEGV])
-def test_after_the_end_of_the_process_there_are_no_pictures_and_no_other_process(number: signal.Signals) -> None:
+@pytest.mark.parametrize("name", ["SIGKILL", "SIGTERM", "SIGSEGV"])
+def test_after_the_end_of_the_process_there_are_no_pictures_and_no_other_process(name: str) -> None:
     with open_worker() as worker:
         submit_when_ready(worker, build_view(1))
         process = get_process(worker)
-        os.kill(process, number)
+        os.kill(process, signal.Signals[name])
         assert wait_for_end(process)
         late = worker.submit(build_view(2))  # a thread of the process may still hold its socket
         assert late is None or worker.take(late, LENS, LONG_S) is None

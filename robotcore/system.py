@@ -1,0 +1,33 @@
+"""The kinds of operating system, and the error for a feature that this one cannot have.
+
+The other modules ask the two constants here, so that a search for them finds all that differs between systems.
+"""
+
+from __future__ import annotations
+
+import sys
+
+from robotcore.errors import UnsupportedSystemError
+
+try:
+    import fcntl
+except ModuleNotFoundError:
+    fcntl = None  # type: ignore[assignment]
+
+HAS_POSIX = fcntl is not None
+"""Whether the system has the processes, signals, terminals and file locks of POSIX. Windows has not."""
+
+IS_LINUX = HAS_POSIX and sys.platform == "linux"
+"""Whether the system has the device files and the ``/proc`` of Linux."""
+
+
+def require_posix(feature: str, needed: str, remedy: str) -> None:
+    """Raise UnsupportedSystemError on a system without POSIX. The parameters are those of the error."""
+    if not HAS_POSIX:
+        raise UnsupportedSystemError(feature, needed, remedy)
+
+
+def require_linux(feature: str, needed: str, remedy: str) -> None:
+    """Raise UnsupportedSystemError on another system than Linux. The parameters are those of the error."""
+    if not IS_LINUX:
+        raise UnsupportedSystemError(feature, needed, remedy)
