@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import math
 from collections import Counter
-from collections.abc import Iterable
+from collections.abc import Collection
 from dataclasses import dataclass, field
 from typing import Annotated, Any, ClassVar, overload
 
@@ -369,9 +369,10 @@ class RobotDescription(StrictModel):
         return next(iter(self.all_of(kind)), None)
 
 
-def _require_devices(table: str, names: Iterable[str], known: set[str], kind: str) -> None:
+def _require_devices(table: str, names: Collection[str], known: set[str], kind: str) -> None:
     for name in names:
         if name not in known:
             problem = f"[{table}] names the {kind} {name!r}, but no {kind} has this name"
-            remedy = f'Add [[devices]] with kind = "{kind}" and name = "{name}"'
+            near = find_nearest(name, sorted(known.difference(names)))
+            remedy = f"Did you mean {near!r}?" if near else f'Add [[devices]] with kind = "{kind}" and name = "{name}"'
             raise Mistake(problem, remedy, kind="no-such-device")

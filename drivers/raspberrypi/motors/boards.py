@@ -175,6 +175,15 @@ INPUTS = (
     "and IN3, backward IN2 and IN4, pwm or enable ENA and ENB, or the jumpers on these two."
 )
 """The note that `robotcore wiring` prints for a motor on an H-bridge."""
+H_BRIDGE_SUPPLIES = (
+    "The supply of boards. TB6612: VCC to 3.3 V, VM to plus of the battery; without VCC no motor turns. DRV8833: VM "
+    "to plus of the battery, no other supply. L298N: 12V to plus of the battery; with the jumper of the regulator on, "
+    "the board makes its own 5 V, and its 5V stays free."
+)
+PHASE_ENABLE_SUPPLIES = (
+    "The supply of boards. DRV8835 and DRV8838: VCC to 3.3 V, VIN to plus of the battery; without VCC no motor turns. "
+    "MD10C: the battery, no other supply."
+)
 
 
 class HBridge(MotorDriver):
@@ -217,7 +226,7 @@ class HBridge(MotorDriver):
         return {self.forward: duty > 0, self.backward: duty < 0, self.pwm: abs(duty)}
 
     def notes(self, description: MotorDescription) -> Sequence[str]:
-        return (*super().notes(description), INPUTS)
+        return (*super().notes(description), INPUTS, H_BRIDGE_SUPPLIES)
 
 
 class PhaseEnable(MotorDriver):
@@ -236,6 +245,9 @@ class PhaseEnable(MotorDriver):
 
     enable: Gpio
     """The GPIO of the input EN or PWM, which has the PWM."""
+
+    def notes(self, description: MotorDescription) -> Sequence[str]:
+        return (*super().notes(description), PHASE_ENABLE_SUPPLIES)
 
     def levels(self, duty: float) -> Mapping[int, float]:
         return {self.phase: duty < 0, self.enable: abs(duty)}

@@ -35,6 +35,8 @@ ROBOT_MISTAKES = [
     ("mount = { x_m = 0.14, z_m = 0.10 }", "mount = { z_m = -0.10 }", "devices[nose].mount.z_m", "out-of-bounds"),
     ('left = "left_motor"', 'left = "right_motor"', "drive", "same-motor"),
     ('left = "left_motor"', 'left = "port"', "", "no-such-device"),
+    ('left = "left_motor"', 'left = "left_moter"', "", "no-such-device"),
+    ('name = "right_motor"', 'name = "other"', "", "no-such-device"),
     ('left_encoder = "left_encoder"\n', "", "drive", "one-encoder"),
     ("track_m = 0.155", "track_m = 0.3", "", "body-narrower-than-wheels"),
     ("wheel_radius_m = 0.0325", "wheel_radius_m = 32.5", "", "wheel-radius-not-in-metres"),
