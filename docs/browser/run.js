@@ -1,13 +1,12 @@
 // Starts a worker that runs the simulation, and shows its result. A worker, so that the page stays responsive.
 
 const part = (id) => document.getElementById(id);
-const chosen = new URLSearchParams(location.search);
-for (const name of ["seed", "pyodide"]) {
-  if (chosen.has(name)) part(name).value = chosen.get(name);
-}
+const seed = new URLSearchParams(location.search).get("seed");
+if (seed) part("seed").value = seed;
+// The folder of Pyodide is no parameter, since a link could name a folder with other code.
 
 let worker = null;
-const digests = fetch("desk.json").then((answer) => (answer.ok ? answer.json() : {})).catch(() => ({}));
+const deskRuns = fetch("desk.json").then((answer) => (answer.ok ? answer.json() : {})).catch(() => ({}));
 
 part("settings").addEventListener("submit", (event) => {
   event.preventDefault();
@@ -26,12 +25,12 @@ function showStatus(text, state = "busy") {
 }
 
 async function showResult(result) {
-  const desk = (await digests)[result.seed];
+  const desk = (await deskRuns)[result.seed];
   part("outcome").textContent = result.reason ? `${result.outcome}: ${result.reason}` : result.outcome;
   part("time").textContent = `${result.sim_time_s.toFixed(1)} s in ${result.ticks} ticks`;
   part("digest").textContent = result.digest;
-  part("desk").textContent = desk ?? `unknown for this seed. Type: robotcore run green-search --seed ${result.seed} --json`;
-  part("comparison").textContent = desk === undefined ? "" : compare(result.digest, desk);
+  part("desk").textContent = desk?.digest ?? `robotcore run green-search --seed ${result.seed} --json prints it`;
+  part("comparison").textContent = desk ? compare(result, desk) : "";
   part("loading").textContent = `${(result.loading_ms / 1000).toFixed(1)} s`;
   part("duration").textContent = `${(result.run_ms / 1000).toFixed(1)} s`;
   part("notes").textContent = result.notes.join(" ");
@@ -44,7 +43,8 @@ async function showResult(result) {
 }
 
 function compare(here, desk) {
-  return here === desk
-    ? "equal"
-    : "different: the sine and the cosine of the browser's C library differ in the last bit from those of the desk";
+  if (here.digest === desk.digest) return "The digests are equal.";
+  return here.outcome === desk.outcome && here.ticks === desk.ticks
+    ? "The digests differ. The outcome and the number of ticks are equal."
+    : `The runs differ: ${desk.outcome} in ${desk.ticks} ticks on the desk.`;
 }

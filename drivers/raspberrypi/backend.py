@@ -12,7 +12,7 @@ from drivers.raspberrypi.chip import AT_THE_DESK, INSTALL, ON_THE_PI
 from drivers.raspberrypi.header import build_wiring, resolve_pins
 from drivers.raspberrypi.pins import open_pins
 from robotcore.description import RobotDescription, StrictModel
-from robotcore.errors import BackendMissingError
+from robotcore.errors import BackendError, BackendMissingError
 from robotcore.hal.backend import Setup
 from robotcore.hal.robot import Robot
 from robotcore.hal.wall_clock import MonotonicClock
@@ -80,7 +80,11 @@ class RaspberryPiBackend(HardwareBackend):
         if not self.is_installed:
             raise BackendMissingError(f"the loopback test needs {' and '.join(self.modules)}. {ON_THE_PI}")
         test = PiLoopbackTest(request, self.bind(request.robot) if request.robot else ())
-        open_pins().close()  # the person connects nothing if the pins cannot be used
+        try:
+            open_pins().close()  # the person connects nothing if the pins cannot be used
+        except BackendError as error:
+            text = str(error).removesuffix(f". {AT_THE_DESK}")
+            raise BackendError(f"{text}. Run the loopback test on a Raspberry Pi", kind=error.kind) from error
         return test
 
     def wiring(self, robot: RobotDescription) -> Wiring:

@@ -51,6 +51,7 @@ BOUNDED = {
     "hostile_clients": "--minutes 0.05 --messages 20",
     "installation": "--repeats 1",
     "interruptions": "--trials 1",
+    "jitter": "--rounds 1 --seconds 1.0",
     "live_page": "--backends kinematic --presses 1 --trials 1 --rounds 1 --seconds 2.0",
     "loop": "--pairs 1 --ticks 1 --search 0.5",
     "recording": "--pairs 1 --kills 1 --seconds 0.5 --search 1",

@@ -23,7 +23,8 @@ from tests.robotcore.live.chromium import require_chromium
 ROOT = Path(__file__).parents[2]
 PACKAGES = ("robotcore", "drivers", "apps")
 PYODIDE = "ROBOTCORE_PYODIDE"
-RUN_LIMIT_MS = 110_000
+RUN_LIMIT_MS = 240_000
+"""A busy machine needs a minute for the import and the run."""
 
 
 class QuietHandler(SimpleHTTPRequestHandler):
@@ -81,29 +82,35 @@ def test_page_without_pyodide_names_the_address_that_it_needs(page: Page) -> Non
 
 
 @pytest.mark.slow
+@pytest.mark.timeout(300)
 def test_page_runs_green_search_as_the_desk(page: Page, folder: Path) -> None:
     source = os.environ.get(PYODIDE)
     if not source:
         pytest.skip(f"needs a folder with Pyodide 314, numpy, opencv-python, pydantic and rich: {PYODIDE}=FOLDER")
     (folder / "pyodide").symlink_to(source, target_is_directory=True)
     write_wheel(folder / "robotcore.whl")
-    (folder / "desk.json").write_text(json.dumps({7: "0" * 64}))
+    desk = run(RunRequest("green-search", seed=7))
+    described = browser_files.describe_run(7) | {"digest": "0" * 64}
+    (folder / "desk.json").write_text(json.dumps({7: described}))
     page.reload()
     wait_for_end(page, "ended")
-    desk = run(RunRequest("green-search", seed=7))
     assert page.locator("#outcome").inner_text() == desk.outcome.value
     assert page.locator("#time").inner_text() == f"{desk.sim_time_s:.1f} s in {desk.ticks} ticks"
     assert page.locator("#picture").is_visible()
     assert page.locator("#desk").inner_text() == "0" * 64
-    assert page.locator("#comparison").inner_text().startswith("different")
+    assert page.locator("#comparison").inner_text() == (
+        "The digests differ. The outcome and the number of ticks are equal."
+    )
     assert "no watchdog" in page.locator("#notes").inner_text()
 
 
 @pytest.mark.slow
-def test_digests_beside_the_page_are_those_of_runs_on_the_desk(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
+def test_page_compares_with_runs_of_the_desk(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
     monkeypatch.setattr(browser_files, "SEEDS", [7])
     monkeypatch.setattr(browser_files, "DIST", tmp_path)
     (tmp_path / "robotcore-9-py3-none-any.whl").write_bytes(b"wheel")
     files = dict(browser_files.list_browser_files())
-    assert json.loads(files["desk.json"]) == {"7": run(RunRequest("green-search", seed=7)).trace_sha256}
+    result = run(RunRequest("green-search", seed=7))
+    described = {"outcome": "success", "ticks": result.ticks, "digest": result.trace_sha256}
+    assert json.loads(files["desk.json"]) == {"7": described}
     assert files["robotcore.whl"] == b"wheel"

@@ -95,9 +95,11 @@ class LoopbackProgram:
             self.send(signal.SIGTERM)
         try:
             self._process.wait(END_S)
-        except subprocess.TimeoutExpired:
+        except BaseException as error:  # a second signal must not leave the program running
             self._process.kill()
             self._process.wait()
+            if not isinstance(error, subprocess.TimeoutExpired):
+                raise
         for reader, pipe in zip(self._readers, (self._process.stdout, self._process.stderr), strict=True):
             reader.join(END_S)  # the guardian holds standard error open until it has stopped the motor
             if pipe and not reader.is_alive():

@@ -47,7 +47,7 @@ def list_recordings(layout: Layout) -> dict[str, Any]:
     """
     open_files = _find_open_files()
     _finish_recordings(layout, open_files)
-    hidden = {locate_segments(Path(file)) for file in open_files}
+    hidden = {locate_segments(Path(file)) for file in open_files if Path(file).name}  # the root folder has no name
     paths = (path for path in sorted(layout.recordings.glob("*")) if path.resolve() not in hidden)
     listed = [_describe_recording(path, open_files) for path in paths]
     return {"recordings": [each for each in listed if each["bytes"] or each["is_being_written"] or not each["is_file"]]}

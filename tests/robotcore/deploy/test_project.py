@@ -145,3 +145,17 @@ def test_release_for_a_simulator_has_a_world(tmp_path: Path) -> None:
         DeployOptions(app="green-search", robot="rover", backend="kinematic", seeds="7-9"), tmp_path
     )
     assert create_release(project).run[2:6] == ("--world", "arena", "--seed", "7")
+
+
+def test_the_app_has_real_time_priority_if_the_project_or_the_option_says_so(tmp_path: Path) -> None:
+    assert "--rt" not in create_release(write_project(tmp_path)).run
+    for project in (
+        write_project(tmp_path, TABLE + "rt = true\n", backend="raspberrypi"),
+        write_project(tmp_path, TABLE, is_real_time=True, backend="raspberrypi"),
+    ):
+        assert "--rt" in create_release(project).run
+
+
+def test_a_simulator_in_lockstep_refuses_real_time_priority(tmp_path: Path, raises: Raises) -> None:
+    with raises(UsageError, "rt-without-real-time", backend="kinematic"):
+        write_project(tmp_path, TABLE + "rt = true\n", backend="kinematic")

@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import sys
 
-from drivers.raspberrypi.loopback import child, echoes, encoder_edges, outputs, processes, stops
+from drivers.raspberrypi.loopback import child, echoes, encoder_edges, outputs, processes, stops, wires
 from robotcore.cli.main import main
 from tests.system.guest.scaled_limits import scale_limits
 from tests.system.speed import scaled
@@ -16,6 +16,7 @@ if __name__ == "__main__":
     scale_limits()
     stops.TRIALS, echoes.ECHOES, outputs.TOGGLES = 1, 2, 10
     encoder_edges.DURATION_S, encoder_edges.SETTLE_S = 0.1, scaled(encoder_edges.SETTLE_S)
+    wires.SETTLE_S = scaled(wires.SETTLE_S)
     outputs.LATE_S = scaled(outputs.LATE_S)
     processes.START_S, processes.END_S = scaled(processes.START_S), scaled(processes.END_S)
     processes.LoopbackProgram.command = [sys.executable, "-m", "tests.system.guest.scaled_loopback", "child"]

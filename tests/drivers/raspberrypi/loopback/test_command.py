@@ -18,11 +18,14 @@ from typing import Any
 
 import pytest
 
+from drivers.raspberrypi.backend import RaspberryPiBackend
 from drivers.raspberrypi.loopback import stops
 from drivers.raspberrypi.loopback.processes import LoopbackProgram
+from robotcore.errors import BackendError, BackendMissingError
+from robotcore.hal.loopback import LoopbackRequest
 from tests.drivers.raspberrypi.lines import END_S, ROOT, Lines
 from tests.drivers.raspberrypi.loopback.conftest import CONNECTED, WIRES
-from tests.texts import CheckText
+from tests.texts import CheckText, Raises
 
 PINS = [gpio for wire in WIRES for gpio in (wire.output, wire.input)]
 COMMAND = [sys.executable, "-m", "tests.drivers.raspberrypi.loopback.cli_as_pi", "doctor", "--loopback"]
@@ -202,3 +205,21 @@ def test_a_held_pin_is_reported_with_its_rule_and_the_others_are_released(
     reasons = {rule["rule"]: rule["reason"] for rule in report["rules"]}
     assert "GPIO 26 is held by" in reasons["wire-2"]
     assert verdicts(report)["levels"] == "skipped"
+
+
+def test_without_a_pi_nothing_is_asked(fake_lgpio: Lines, monkeypatch: pytest.MonkeyPatch, raises: Raises) -> None:
+    from gpiozero.exc import PinUnknownPi
+
+    def find_no_revision() -> int:
+        raise PinUnknownPi("no revision")
+
+    monkeypatch.setattr("gpiozero.pins.local.get_pi_revision", find_no_revision)
+    monkeypatch.setattr(RaspberryPiBackend, "modules", ("gpiozero",))
+    with raises(BackendError, "no-raspberry-pi"):
+        RaspberryPiBackend().plan_loopback(LoopbackRequest())
+
+
+def test_without_the_libraries_the_error_names_them(monkeypatch: pytest.MonkeyPatch, raises: Raises) -> None:
+    monkeypatch.setattr(RaspberryPiBackend, "modules", ("gpiozero", "no_such_library"))
+    with raises(BackendMissingError):
+        RaspberryPiBackend().plan_loopback(LoopbackRequest())

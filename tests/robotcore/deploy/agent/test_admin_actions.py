@@ -57,6 +57,17 @@ def test_links_folders_and_recordings_that_are_being_written_are_marked(layout: 
     assert not any(each["is_being_written"] for each in admin_actions.list_recordings(layout)["recordings"])
 
 
+def test_recordings_are_listed_while_a_process_has_the_root_folder_open(layout: Layout) -> None:
+    layout.recordings.mkdir(parents=True)
+    (layout.recordings / "run.mcap").write_bytes(b"whole")
+    root = os.open("/", os.O_RDONLY)
+    try:
+        (listed,) = admin_actions.list_recordings(layout)["recordings"]
+    finally:
+        os.close(root)
+    assert (listed["name"], listed["is_being_written"]) == ("run.mcap", False)
+
+
 def test_segments_of_a_killed_run_are_joined_by_the_current_release(layout: Layout) -> None:
     folder = put_release(layout, OLD)
     folder.joinpath(ENVIRONMENT, "bin").mkdir()
