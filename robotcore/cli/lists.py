@@ -84,7 +84,7 @@ def robots(name: str | None, *, as_json: bool) -> None:
 
     if name is not None:
         refuse_without("the list of robots", "Leave it out to print a robot's file", json=as_json)
-        write_content(read_shipped("robot", name))
+        write_content(read_shipped(name))
         return
     rows = [_robot_row(each) for each in robot_names()]
     if as_json:
@@ -106,7 +106,7 @@ def worlds(name: str | None, *, as_json: bool) -> None:
 
     if name is not None:
         refuse_without("the list of worlds", "Leave it out to print a world's file", json=as_json)
-        write_content(read_shipped("world", name))
+        write_content(read_shipped(name, "world"))
         return
     rows = [_world_row(name) for name in world_names()]
     if as_json:
