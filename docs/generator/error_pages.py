@@ -19,9 +19,6 @@ else:
     import tomli as tomllib
 
 NOTES = Path(__file__).with_name("error_notes.toml")
-SEARCH_FIRST = "---\nsearch:\n  boost: 3\n---\n"
-"""The head of a page of an error: a search for a part of its message lists it before other pages."""
-
 MAX_SUMMARY = 120
 """The greatest number of characters of a cause in the index."""
 
@@ -112,7 +109,7 @@ def _format_page(entry: Entry) -> str:
         parts += ["## Example", _fence(entry.examples[0])]
     if entry.modules:
         parts += [f"Raised by {', '.join(f'`{module}`' for module in sorted(entry.modules))}."]
-    return SEARCH_FIRST + "\n\n".join(parts) + "\n"
+    return "\n\n".join(parts) + "\n"
 
 
 def _describe_owner(name: str) -> str:
