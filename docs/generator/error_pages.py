@@ -85,6 +85,8 @@ def _format_index(catalogue: dict[str, Entry]) -> str:
 Each error has an identifier, its `kind`. With `--json`, a command prints it as the key `kind`. In Python, it is the
 attribute `kind` of the exception. A script should compare it, because messages change.
 
+To find an error by its message, search this page for a part of the message without names and numbers.
+
 A `Finding` is a line of `robotcore doctor`, `robotcore check` or `robotcore test-devices`. A `Mistake` is a wrong
 value in a file: the command raises a `DescriptionError` with its identifier.
 
