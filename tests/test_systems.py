@@ -72,6 +72,7 @@ def test_every_module_imports_without_posix() -> None:
 
 
 @pytest.mark.slow
+@pytest.mark.timeout(600)  # without a cache, the type checker needs a minute on a busy machine
 def test_only_the_listed_files_name_what_windows_lacks(tmp_path: Path) -> None:
     """The type checker knows the names of Windows. It skips the code behind HAS_POSIX and IS_LINUX."""
     pytest.importorskip("mypy")

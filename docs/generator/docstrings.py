@@ -11,6 +11,8 @@ from typing import Any
 
 from griffe import Extension, Object
 
+import robotcore
+
 PARAMETER = re.compile(r"[a-z_*]\w*(?:, [a-z_*]\w*)*: +\S")
 EXAMPLE = ">>> "
 
@@ -21,7 +23,28 @@ class MarkdownDocstrings(Extension):
     def on_object(self, *, obj: Object, **_: Any) -> None:
         """Rewrite the docstring of a module, class, function or attribute."""
         if obj.docstring:
-            obj.docstring.value = format_docstring(obj.docstring.value)
+            is_member = obj.is_attribute or obj.is_module or (obj.parent is not None and obj.parent.is_class)
+            name = "" if is_member else obj.name
+            obj.docstring.value = format_docstring(add_import(obj.docstring.value, obj.module.path, name))
+
+
+def add_import(text: str, module: str, name: str) -> str:
+    r"""Return a docstring whose first example imports the documented class or function, so that a reader can paste it.
+
+    module: the module that defines it.
+    name: its name; ``""`` for anything else.
+
+    >>> print(add_import("Return 3.\n\n>>> three()\n3", "robotcore.example", "three"))
+    Return 3.
+    <BLANKLINE>
+    >>> from robotcore.example import three
+    >>> three()
+    3
+    """
+    if not name or re.search(rf"^ *>>> (from|import) .*\b{name}\b", text, re.MULTILINE):
+        return text
+    source = "robotcore" if name in robotcore.__all__ else module
+    return re.sub(r"^( *)>>> ", rf"\1>>> from {source} import {name}\n\1>>> ", text, count=1, flags=re.MULTILINE)
 
 
 def format_docstring(text: str) -> str:

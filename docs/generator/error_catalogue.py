@@ -87,16 +87,12 @@ def read_catalogue() -> dict[str, Entry]:
     return dict(sorted(entries.items()))
 
 
-def list_causes(entry: Entry) -> list[str]:
-    """Return the causes that the messages of an error name, those of the source first."""
-    messages = entry.messages + [split_message(text) for text in entry.examples]
-    return list(dict.fromkeys(message.problem for message in messages if has_words(message.problem)))
-
-
-def list_remedies(entry: Entry) -> list[str]:
-    """Return the remedies that the messages of an error name, those of the source first."""
-    messages = entry.messages + [split_message(text) for text in entry.examples]
-    return list(dict.fromkeys(message.remedy for message in messages if has_words(message.remedy)))
+def list_messages(entry: Entry) -> list[Message]:
+    """Return the messages of an error that name its cause: those of the source, or else those of the tests."""
+    examples = [split_message(text) for text in entry.examples]
+    return [each for each in entry.messages if has_words(each.problem)] or [
+        each for each in examples if has_words(each.problem)
+    ]
 
 
 def has_words(text: str) -> bool:
@@ -131,10 +127,11 @@ def _parse_sources() -> Iterator[tuple[Path, ast.Module]]:
 
 
 def _find_raised(tree: ast.Module) -> Iterator[tuple[str, str, Message | None]]:
-    constants = _read_texts(ast.Module([node for node in tree.body if isinstance(node, ast.Assign)], []))
+    constants = _find_assignments(ast.Module([node for node in tree.body if isinstance(node, ast.Assign)], []))
     for scope in [tree, *(node for node in ast.walk(tree) if isinstance(node, ast.FunctionDef))]:
-        texts = constants | _read_texts(scope)
+        assignments = constants + _find_assignments(scope)
         for call in _list_calls(scope):
+            texts = {name: value for line, name, value in assignments if line <= call.lineno}
             owner = ast.unparse(call.func)
             if owner == "UnknownNameError" and call.args and isinstance(call.args[0], ast.Constant):
                 noun = str(call.args[0].value)
@@ -154,13 +151,16 @@ def _list_calls(scope: ast.AST) -> Iterator[ast.Call]:
             yield from _list_calls(node)
 
 
-def _read_texts(scope: ast.AST) -> dict[str, ast.expr]:
-    """Return the expressions of the variables that are assigned once in a module or function."""
-    found: dict[str, ast.expr] = {}
-    for node in ast.walk(scope):
-        if isinstance(node, ast.Assign) and len(node.targets) == 1 and isinstance(node.targets[0], ast.Name):
-            found[node.targets[0].id] = node.value
-    return found
+def _find_assignments(scope: ast.AST) -> list[tuple[int, str, ast.expr]]:
+    """Return the line, the variable and the expression of each assignment, from the first line to the last."""
+    found = [
+        (node.lineno, target.id, node.value)
+        for node in ast.walk(scope)
+        if isinstance(node, ast.Assign)
+        for target in node.targets
+        if isinstance(target, ast.Name)
+    ]
+    return sorted(found, key=lambda each: each[0])
 
 
 def _read_message(call: ast.Call, owner: str, texts: dict[str, ast.expr]) -> Message | None:

@@ -10,7 +10,7 @@ from pathlib import Path
 from typing import Any
 
 from docs.generator import error_catalogue
-from docs.generator.error_catalogue import Entry, list_error_classes, read_catalogue
+from docs.generator.error_catalogue import Entry, Message, list_error_classes, read_catalogue
 from docs.generator.key_tables import read_summary
 
 if sys.version_info >= (3, 11):
@@ -19,6 +19,9 @@ else:
     import tomli as tomllib
 
 NOTES = Path(__file__).with_name("error_notes.toml")
+MAX_SUMMARY = 120
+"""The greatest number of characters of a cause in the index."""
+
 MAX_MESSAGES = 5
 """The greatest number of messages on a page."""
 
@@ -32,7 +35,7 @@ OWNERS = {
 
 def list_error_pages() -> Iterator[tuple[str, str]]:
     """Yield the name of each page, and its Markdown."""
-    catalogue = read_catalogue()
+    catalogue = build_catalogue()
     yield "index.md", _format_index(catalogue)
     for entry in catalogue.values():
         yield f"{entry.kind}.md", _format_page(entry)
@@ -44,26 +47,36 @@ def read_notes() -> dict[str, Any]:
     return tomllib.loads(NOTES.read_text(encoding="utf-8"))
 
 
-def list_causes(entry: Entry) -> list[str]:
-    """Return the causes of an error: from its note, or else from its messages, or else from its class."""
-    if note := read_notes().get(entry.kind, {}).get("cause"):
-        return [note]
-    return error_catalogue.list_causes(entry)[:MAX_MESSAGES] or [read_summary(error) for error in entry.errors]
+def build_catalogue() -> dict[str, Entry]:
+    """Return the entries of the source and the tests, and those of notes with a class, in alphabetical order."""
+    catalogue = read_catalogue()
+    for kind, note in read_notes().items():
+        if "class" in note and kind not in catalogue:
+            catalogue[kind] = Entry(kind, {note["class"]})
+    return dict(sorted(catalogue.items()))
 
 
-def list_remedies(entry: Entry) -> list[str]:
-    """Return what to do about an error: from its note, or else from its messages, or else from its class."""
-    notes = read_notes()
-    if note := notes.get(entry.kind, {}).get("remedy"):
-        return [note]
-    ancestors = [each.__name__ for error in entry.errors for each in error.__mro__]
-    known = [notes["classes"][name] for name in (*ancestors, *sorted(entry.owners)) if name in notes["classes"]]
-    return error_catalogue.list_remedies(entry)[:MAX_MESSAGES] or known[:1]
+def explain(entry: Entry) -> list[Message]:
+    """Return the causes of an error, each with its remedy: from its note, its messages or its classes."""
+    note, classes = read_notes().get(entry.kind, {}), read_notes()["classes"]
+    names = [each.__name__ for error in entry.errors for each in error.__mro__] + sorted(entry.owners)
+    remedy = note.get("remedy") or next((classes[name] for name in names if name in classes), "")
+    messages = error_catalogue.list_messages(entry)[:MAX_MESSAGES]
+    if cause := note.get("cause"):
+        from_message = next((each.remedy for each in messages if error_catalogue.has_words(each.remedy)), "")
+        return [Message(cause, note.get("remedy") or from_message or remedy)]
+    found = messages or [Message(read_summary(error), "") for error in entry.errors]
+    return [
+        Message(
+            each.problem, each.remedy if error_catalogue.has_words(each.remedy) and "remedy" not in note else remedy
+        )
+        for each in found
+    ]
 
 
 def _format_index(catalogue: dict[str, Entry]) -> str:
     rows = "\n".join(
-        f"| [`{kind}`]({kind}.md) | {', '.join(sorted(entry.owners))} | {_shorten(_escape(list_causes(entry)[0]))} |"
+        f"| [`{kind}`]({kind}.md) | {', '.join(sorted(entry.owners))} | {_summarize(entry)} |"
         for kind, entry in catalogue.items()
     )
     return f"""\
@@ -71,6 +84,8 @@ def _format_index(catalogue: dict[str, Entry]) -> str:
 
 Each error has an identifier, its `kind`. With `--json`, a command prints it as the key `kind`. In Python, it is the
 attribute `kind` of the exception. A script should compare it, because messages change.
+
+To find an error by its message, search this page for a part of the message without names and numbers.
 
 A `Finding` is a line of `robotcore doctor`, `robotcore check` or `robotcore test-devices`. A `Mistake` is a wrong
 value in a file: the command raises a `DescriptionError` with its identifier.
@@ -82,15 +97,18 @@ value in a file: the command raises a `DescriptionError` with its identifier.
 
 
 def _format_page(entry: Entry) -> str:
-    texts = [
-        ". ".join(filter(None, message)) for message in entry.messages if error_catalogue.has_words(message.problem)
-    ]
+    messages = [each for each in entry.messages[:MAX_MESSAGES] if error_catalogue.has_words(each.problem)]
     parts = [f"# {entry.kind}", *map(_describe_owner, sorted(entry.owners))]
-    if texts:
-        parts += ["## Message", "An upper-case word or … stands for a value.", *map(_fence, texts[:MAX_MESSAGES])]
+    for number, (cause, remedy) in enumerate(explain(entry), 1):
+        parts += ["## Cause and remedy"] if number == 1 else []
+        parts += [f"**Cause.** {_escape(_make_sentence(cause))}", f"**Remedy.** {_escape(_make_sentence(remedy))}"]
+        parts += ["---"]
+    parts.pop()
+    if messages:
+        parts += ["## Message", "An upper-case word or … stands for a value."]
+        parts += [_fence(". ".join(filter(None, message))) for message in messages]
     if entry.examples:
         parts += ["## Example", _fence(entry.examples[0])]
-    parts += ["## Cause", _format_list(list_causes(entry)), "## Remedy", _format_list(list_remedies(entry))]
     if entry.modules:
         parts += [f"Raised by {', '.join(f'`{module}`' for module in sorted(entry.modules))}."]
     return "\n\n".join(parts) + "\n"
@@ -107,17 +125,18 @@ def _fence(text: str) -> str:
     return f"```text\n{text}\n```"
 
 
-def _format_list(texts: list[str]) -> str:
-    return "\n".join(f"- {_escape(_make_sentence(text))}" for text in texts)
-
-
 def _make_sentence(text: str) -> str:
     return text[:1].upper() + text[1:] + ("" if text.endswith((".", "?", "…", ":")) else ".")
 
 
-def _shorten(text: str) -> str:
-    return text if len(text) <= 120 else f"{text[:117]}…"
+def _summarize(entry: Entry) -> str:
+    cause = explain(entry)[0].problem
+    return _escape(cause if len(cause) <= MAX_SUMMARY else f"{cause[:MAX_SUMMARY]}…")
 
 
 def _escape(text: str) -> str:
-    return re.sub(r"([\\*_\[|])", r"\\\1", " ".join(text.split())).replace("<", "&lt;")
+    """Return a text in one line, whose characters outside of backquotes have no meaning in Markdown."""
+    parts = " ".join(text.split()).split("`")
+    plain = [re.sub(r"([\\*_\[|])", r"\\\1", part).replace("<", "&lt;") for part in parts[::2]]
+    parts[::2] = plain
+    return "`".join(parts)

@@ -27,6 +27,18 @@ PAGES: dict[str, Callable[[], Iterator[tuple[str, str | bytes]]]] = {
 }
 """The functions that yield the names and the contents of pages, by their folders on the site."""
 
+BOOSTS = {
+    "decisions/": 0.3,
+    "quality/": 0.3,
+    "reference/": 1.0,
+    "changelog": 0.3,
+    "measurements": 0.3,
+    "system-tests": 0.3,
+}
+"""The weight of pages in a search, by the beginnings of their paths. The others are tutorials and guides."""
+
+GUIDE_BOOST = 2.0
+
 _places = find_outside_pages()
 
 
@@ -43,5 +55,7 @@ def on_files(files: Files, config: MkDocsConfig) -> Files:
 def on_page_markdown(markdown: str, page: Page, **_: Any) -> str:
     """Return a page whose links lead to the pages of the site."""
     place = page.file.src_uri
+    boost = next((boost for start, boost in BOOSTS.items() if place.startswith(start)), GUIDE_BOOST)
+    page.meta.setdefault("search", {"boost": boost})
     source = next((source for source, each in _places.items() if each == place), f"{DOCS}/{place}")
     return rewrite_links(markdown, source, place, _places)

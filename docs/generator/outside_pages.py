@@ -18,6 +18,9 @@ FIXED = {
 
 LINK = re.compile(r"(\]\(\s*)([^()#\s]+)((?:#[^()\s]*)?\))")
 FENCE = re.compile(r"(^ *```.*?^ *```$)", re.MULTILINE | re.DOTALL)
+NOT_SEARCHED = "---\nsearch:\n  exclude: true\n---\n"
+"""The head of a page of source, which the search does not list."""
+
 LANGUAGES = {".py": "python", ".toml": "toml", ".ino": "cpp", ".h": "cpp", ".cpp": "cpp"}
 
 
@@ -39,10 +42,10 @@ def read_outside_page(source: str) -> str:
     path = ROOT / source
     if path.is_dir():
         parts = [f"## {file.name}\n\n{_format_listing(file)}" for file in sorted(path.iterdir()) if file.is_file()]
-        return "\n\n".join([f"# {source}", *parts]) + "\n"
+        return NOT_SEARCHED + "\n\n".join([f"# {source}", *parts]) + "\n"
     if path.suffix == ".md":
         return path.read_text(encoding="utf-8")
-    return f"# {source}\n\n{_format_listing(path)}\n"
+    return f"{NOT_SEARCHED}# {source}\n\n{_format_listing(path)}\n"
 
 
 def rewrite_links(markdown: str, source: str, place: str, places: dict[str, str]) -> str:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import inspect
+import re
 import sys
 from collections.abc import Iterator
 from typing import Any
@@ -153,4 +154,6 @@ def _capitalise(text: str) -> str:
 
 
 def _join(parts: list[str]) -> str:
-    return "\n\n".join(filter(None, parts)) + "\n"
+    """Return the Markdown of a page. A path such as ``docs/safety.md`` becomes a link."""
+    text = "\n\n".join(filter(None, parts)) + "\n"
+    return re.sub(r"docs/([\w-]+)\.md", r"[\1](../\1.md)", text)

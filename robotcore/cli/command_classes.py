@@ -72,7 +72,8 @@ class AnsweringCommand(click.Command):
         except click.UsageError as error:
             error.ctx = error.ctx or ctx  # click's parser leaves it out if an option lacks its value
             if "--json" in given:
-                self._write_answer(self._parse_leniently(ctx, given), UsageError(format_usage_error(error)))
+                kind = "unknown-option" if isinstance(error, click.NoSuchOption) else ""
+                self._write_answer(self._parse_leniently(ctx, given), UsageError(format_usage_error(error), kind=kind))
             raise
 
     def invoke(self, ctx: click.Context) -> Any:

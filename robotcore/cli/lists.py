@@ -95,11 +95,19 @@ def robots(name: str | None, *, as_json: bool) -> None:
 
 
 @click.command("worlds")
+@click.argument("name", required=False)
 @as_json
-def worlds(*, as_json: bool) -> None:
-    """List the worlds that --world accepts by name."""
-    from robotcore.description import world_names
+def worlds(name: str | None, *, as_json: bool) -> None:
+    """List the worlds that --world accepts by name.
 
+    With NAME, print the file of that world. Copy it to change it: `robotcore worlds arena > my_world.toml`.
+    """
+    from robotcore.description import read_shipped, world_names
+
+    if name is not None:
+        refuse_without("the list of worlds", "Leave it out to print a world's file", json=as_json)
+        write_content(read_shipped(name, "world"))
+        return
     rows = [_world_row(name) for name in world_names()]
     if as_json:
         write_json(rows)

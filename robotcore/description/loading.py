@@ -85,15 +85,17 @@ def world_names() -> list[str]:
     return _list_shipped("world")
 
 
-def read_shipped(name: str) -> str:
-    """Return the text of a shipped robot's file. Raises UnknownNameError for an unknown name.
+def read_shipped(name: str, kind: str = "robot") -> str:
+    """Return the text of the file of a shipped robot or world. Raises UnknownNameError for an unknown name.
+
+    kind: ``robot`` or ``world``.
 
     >>> read_shipped("rover").splitlines()[2]
     'name = "rover"'
     """
-    if name not in (names := robot_names()):
-        raise UnknownNameError("robot", name, names)
-    return _shipped_folder("robot").joinpath(f"{name}.toml").read_text(encoding="utf-8")
+    if name not in (names := _list_shipped(kind)):
+        raise UnknownNameError(kind, name, names)
+    return _shipped_folder(kind).joinpath(f"{name}.toml").read_text(encoding="utf-8")
 
 
 def is_own(name_or_file: str) -> bool:

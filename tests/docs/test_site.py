@@ -10,8 +10,7 @@ import pytest
 from click import Context
 
 from docs.generator.api_pages import name_page
-from docs.generator.error_catalogue import read_catalogue
-from docs.generator.error_pages import list_causes, list_remedies, read_notes
+from docs.generator.error_pages import build_catalogue, explain, read_notes
 from docs.generator.public_modules import PUBLIC_MODULES
 from docs.generator.public_names import list_public_names
 from robotcore.cli.main import robotcore
@@ -20,7 +19,7 @@ from robotcore.plugins import app_names, backend_names, device_driver_names, fau
 from tests.robotcore.live.chromium import require_chromium
 
 ROOT = Path(__file__).parents[2]
-CATALOGUE = read_catalogue()
+CATALOGUE = build_catalogue()
 
 
 @pytest.fixture(scope="module")
@@ -72,7 +71,8 @@ def test_each_command_and_each_error_has_a_page(site: Path) -> None:
 
 
 def test_each_error_has_a_cause_and_a_remedy() -> None:
-    assert [kind for kind, entry in CATALOGUE.items() if not list_causes(entry) or not list_remedies(entry)] == []
+    explained = {kind: explain(entry) for kind, entry in CATALOGUE.items()}
+    assert [kind for kind, pairs in explained.items() if not pairs or not all(map(all, pairs))] == []
 
 
 def test_notes_about_errors_are_about_errors_of_the_source() -> None:

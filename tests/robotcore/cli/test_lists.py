@@ -68,9 +68,13 @@ def test_a_table_has_the_rows_of_the_json(cli: Cli, name: str) -> None:
         assert sum(line.startswith(f"{each} ") for line in table) == names.count(each)
 
 
-def test_robots_prints_the_file_of_a_robot_to_copy_it(cli: Cli, check_text: CheckText) -> None:
-    assert cli("robots", "rover").out == read_shipped("rover")
-    assert cli("robots", "rover", "--json").status == 2
-    unknown = cli("robots", "rovr")
+@pytest.mark.parametrize("kind, name, misspelt", [("robot", "rover", "rovr"), ("world", "arena", "aren")])
+def test_list_prints_the_file_of_a_robot_or_a_world_to_copy_it(
+    cli: Cli, check_text: CheckText, kind: str, name: str, misspelt: str
+) -> None:
+    command = f"{kind}s"
+    assert cli(command, name).out == read_shipped(name, kind)
+    assert cli(command, name, "--json").status == 2
+    unknown = cli(command, misspelt)
     assert unknown.status == 2
     check_text(unknown.err)
