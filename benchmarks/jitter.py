@@ -42,7 +42,7 @@ def main() -> int:
         p99[rate, way] = jitter.spread.p99
         is_granted &= WAYS[way]["rt"] is False or all(run["priority"] for run in runs)
         cells = [f"{value * 1e3:.2f}" for value in jitter.spread]
-        rows.append((str(rate), way, str(jitter.ticks), *cells, str(jitter.overruns)))
+        rows.append((str(rate), way, str(jitter.ticks), *cells, str(jitter.late_ticks)))
     print_table(("Hz", "way", "ticks", "p50, ms", "p99, ms", "worst, ms", "late by half a period"), rows)
     return int(not is_granted or any(p99[rate, "--rt"] >= p99[rate, "normal"] for rate in RATES_HZ))
 

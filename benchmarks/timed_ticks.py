@@ -64,7 +64,7 @@ def main() -> None:
             rate_hz=wanted["rate_hz"],
             timeout_s=600.0,
             options={"diary": str(Path(folder, "diary")), "is_guarded": True},
-            rt=wanted["rt"],
+            has_real_time_priority=wanted["rt"],
         )
         result = run(request)
     print(json.dumps({"times": app.times, "overruns": result.overruns, "notes": result.notes, **app.granted}))

@@ -99,6 +99,7 @@ _FIRST_SIMULATOR = "pybullet"
 @click.option("--no-estop-key", is_flag=True, help="Leave the terminal to the app. The space bar is then no e-stop.")
 @click.option(
     "--rt",
+    "has_real_time_priority",
     is_flag=True,
     help="Give the ticks the real-time priority of Linux, and lock the memory, on a real robot: docs/safety.md.",
 )

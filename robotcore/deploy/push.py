@@ -249,7 +249,7 @@ def _build_run_request(project: Project) -> RunRequest:
         settings=project.deploy.settings,
         options=project.deploy.options,
         realtime=True,
-        rt=project.deploy.rt,
+        has_real_time_priority=project.deploy.rt,
     )
 
 

@@ -113,7 +113,7 @@ class Plan:
         if behaviour.turns_on_spot:
             require_turn_on_spot(description)
         _require_window(request, backend)
-        if request.rt:
+        if request.has_real_time_priority:
             require_real_time()
             refuse_lockstep(backend)
         builds_world = backend.builds_world(description)

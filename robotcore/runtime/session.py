@@ -312,7 +312,7 @@ class RunSession:
         faults = [fault.layer(raw.clock, seed) for fault in plan.faults]
         if raw.cutoffs:
             self._register(plan.request)
-        if plan.request.rt:
+        if plan.request.has_real_time_priority:
             self._real_time = RealTimeTicks(self._add_note)
         priorities = self._real_time.priorities if self._real_time else None
         lease = plan.description.safety.lease_ticks / rate_hz

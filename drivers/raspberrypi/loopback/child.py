@@ -49,7 +49,7 @@ class ChildRequest:
     """The time after which the app ends in any case."""
     hang_s: float = 0.4
     rate_hz: float = 20.0
-    rt: bool = False
+    has_real_time_priority: bool = False
     rest_after_s: float = 0.0
     """The time for which the motor stands after each trial, in seconds, in addition to `RESTING_TICKS`."""
 
@@ -115,7 +115,7 @@ def main() -> None:
             robot=request.robot,
             rate_hz=request.rate_hz,
             timeout_s=request.duration_s + 10,
-            rt=request.rt,
+            has_real_time_priority=request.has_real_time_priority,
             has_separate_motors=True,
         )
     )

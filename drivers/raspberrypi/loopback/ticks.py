@@ -17,8 +17,8 @@ from robotcore.hal.loopback import RuleResult
 from robotcore.safety.deadman import MIN_LEASE_S
 
 RATES_HZ = (20, 50)
-OVERRUN_SHARE = 0.01
-"""The greatest share of ticks that may take longer than their period."""
+LATE_SHARE = 0.01
+"""The greatest share of ticks that may begin more than half a period late."""
 
 RULES = tuple(f"ticks-{rate}hz" for rate in RATES_HZ)
 RT_RULES = tuple(f"{rule}-rt" for rule in RULES)
@@ -29,7 +29,7 @@ class Jitter(NamedTuple):
 
     spread: Spread
     """The spread of the differences between the time from tick to tick and the period."""
-    overruns: int
+    late_ticks: int
     """The number of ticks that began more than half a period late, after the one before."""
     ticks: int
 
@@ -37,7 +37,7 @@ class Jitter(NamedTuple):
     def of(cls, times: Sequence[float], rate_hz: float) -> Jitter:
         """Return the jitter of ticks, by their beginnings in seconds.
 
-        >>> Jitter.of([0.0, 0.05, 0.101, 0.15], 20.0).overruns
+        >>> Jitter.of([0.0, 0.05, 0.101, 0.15], 20.0).late_ticks
         0
         """
         return cls.of_runs([times], rate_hz)
@@ -68,7 +68,13 @@ def measure_ticks(
     for rate, rule in zip(RATES_HZ, RT_RULES if is_real_time else RULES, strict=True):
         write(f"{rule}: {duration_s:g} s at {rate} Hz, all processors busy")
         request = ChildRequest(
-            str(robot), MOTOR, MAX_RAD_S / 2, "tick", rate_hz=rate, duration_s=duration_s, rt=is_real_time
+            str(robot),
+            MOTOR,
+            MAX_RAD_S / 2,
+            "tick",
+            rate_hz=rate,
+            duration_s=duration_s,
+            has_real_time_priority=is_real_time,
         )
         with put_load() as load, run_program(request) as program:
             ticks = program.await_event("ticks", START_S + duration_s)
@@ -90,15 +96,15 @@ def judge_jitter(rule: str, jitter: Jitter, rate_hz: float, **values: float) -> 
     is_met = (
         jitter.spread.p99 <= period / 2
         and jitter.spread.worst < worst_s
-        and jitter.overruns <= OVERRUN_SHARE * jitter.ticks
+        and jitter.late_ticks <= LATE_SHARE * jitter.ticks
     )
     return RuleResult.judge(
         rule,
-        f"{jitter.spread}, {jitter.overruns} of {jitter.ticks} ticks late by half a period",
-        f"p99 at most {period / 2 * 1e3:g} ms, worst below {worst_s * 1e3:g} ms, {OVERRUN_SHARE:.0%} late",
+        f"{jitter.spread}, {jitter.late_ticks} of {jitter.ticks} ticks late by half a period",
+        f"p99 at most {period / 2 * 1e3:g} ms, worst below {worst_s * 1e3:g} ms, {LATE_SHARE:.0%} late",
         is_met=is_met,
-        reason="Try --rt, a lower --rate, or fewer other programs",
-        overruns=jitter.overruns,
+        reason="Run the app with --rt or a lower --rate, or end other programs",
+        late_ticks=jitter.late_ticks,
         ticks=jitter.ticks,
         **jitter.spread.values,
         **values,

@@ -193,7 +193,13 @@ def test_ctrl_c_in_a_terminal_stops_at_once(tmp_path: Path) -> None:
 
 
 def test_every_field_of_a_request_has_an_option_except_those_of_a_watched_run() -> None:
-    fields = set(RunRequest.__dataclass_fields__) - {"gui", "realtime", "rt", "has_operator", "has_separate_motors"}
+    fields = set(RunRequest.__dataclass_fields__) - {
+        "gui",
+        "realtime",
+        "has_real_time_priority",
+        "has_operator",
+        "has_separate_motors",
+    }
     plural = {"backend": "backends", "world": "worlds", "seed": "seeds"}
     assert {plural.get(name, name) for name in fields} <= {parameter.name for parameter in command.params}
 

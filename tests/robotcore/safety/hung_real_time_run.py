@@ -55,7 +55,9 @@ def main() -> None:
     app = HungApp(way=sys.stdin.readline().strip())
     with TemporaryDirectory() as folder, patch("robotcore.runtime.plan.load_backend", lambda _: LoggingBackend()):
         diary = Path(folder, "diary")
-        result = run(RunRequest(app, "logging", options={"diary": str(diary), "is_guarded": True}, rt=True))
+        result = run(
+            RunRequest(app, "logging", options={"diary": str(diary), "is_guarded": True}, has_real_time_priority=True)
+        )
         stops = [note.time for note in notes(diary) if note.action.startswith(("stand", "stop"))]
     stopped = min(time for time in stops if time >= app.hung_at) - app.hung_at
     write_event(outcome=result.outcome.value, notes=result.notes, stopped_s=stopped)

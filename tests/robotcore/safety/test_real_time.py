@@ -41,7 +41,7 @@ def test_another_system_than_linux_is_a_usage_error(monkeypatch: pytest.MonkeyPa
 
 def test_a_simulator_in_lockstep_refuses_rt(raises: Raises) -> None:
     with raises(UsageError, "rt-without-real-time", backend="kinematic"):
-        Plan.resolve(RunRequest("green-search", rt=True))
+        Plan.resolve(RunRequest("green-search", has_real_time_priority=True))
 
 
 @linux

@@ -36,7 +36,10 @@ CONSOLE = needs.ROOT / "build" / "gpio-console.log"
 
 
 def main(names: list[str]) -> bool:
-    """Run the files of checks with these names, by default all but those in `BY_NAME`; return whether every check passed."""
+    """Run the files of checks with these names, and return whether every check passed.
+
+    Without names, run all files but those in `BY_NAME`.
+    """
     needs.debian()
     chosen = [_file(name) for name in names] or [file for file in _files() if file.stem not in BY_NAME]
     CONSOLE.parent.mkdir(exist_ok=True)

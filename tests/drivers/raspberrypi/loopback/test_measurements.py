@@ -84,7 +84,7 @@ def test_without_an_echo_the_rule_fails_with_the_reason(wired_pins: Any) -> None
 
 def test_jitter_is_the_difference_from_the_period_and_a_late_tick_counts() -> None:
     jitter = Jitter.of([0.0, 0.05, 0.13, 0.15], 20.0)
-    assert jitter.overruns == 1
+    assert jitter.late_ticks == 1
     assert jitter.spread == pytest.approx(Spread(0.03, 0.03, 0.03))
 
 
