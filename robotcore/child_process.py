@@ -13,6 +13,7 @@ from collections.abc import Sequence
 from contextlib import suppress
 from socket import IPPROTO_TCP, TCP_NODELAY, create_connection, create_server, socket, socketpair
 from subprocess import DEVNULL, PIPE, Popen
+from threading import Timer
 from typing import Any
 
 from robotcore.system import HAS_POSIX
@@ -23,6 +24,7 @@ CONNECTING_S = 20.0
 """The time limit for the connection of a new process on a system without POSIX, in seconds."""
 
 _POLL_S = 0.1
+_CLOSED = -1
 _SECRET_BYTES = 32
 
 
@@ -103,16 +105,20 @@ def _accept(listener: socket, process: Popen[bytes]) -> socket:
     with suppress(OSError), process.stdin as pipe:  # the process may have ended
         pipe.write(secret)
     listener.settimeout(_POLL_S)
-    for _ in range(round(CONNECTING_S / _POLL_S)):
-        if process.poll() is not None:
-            break
-        with suppress(OSError):
-            link = listener.accept()[0]
-            if _is_right(link, secret):
-                link.settimeout(None)
-                link.setsockopt(IPPROTO_TCP, TCP_NODELAY, 1)
-                return link
-            link.close()
+    limit = Timer(CONNECTING_S, listener.close)
+    limit.daemon = True
+    limit.start()
+    try:
+        while process.poll() is None and listener.fileno() != _CLOSED:
+            with suppress(OSError):
+                link = listener.accept()[0]
+                if _is_right(link, secret):
+                    link.settimeout(None)
+                    link.setsockopt(IPPROTO_TCP, TCP_NODELAY, 1)
+                    return link
+                link.close()
+    finally:
+        limit.cancel()
     process.kill()
     ours, theirs = socketpair()
     theirs.close()

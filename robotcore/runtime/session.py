@@ -247,9 +247,11 @@ class RunSession:
                 self._judge(outcome)
             finally:  # a signal may have come just before the mask
                 self._signals.mask()
-                if self._real_time:
-                    self._real_time.end()
-                self._close(robot)
+                try:
+                    if self._real_time:
+                        self._real_time.end()
+                finally:
+                    self._close(robot)
         return outcome
 
     def _begin(self, assembled: AssembledRobot, truth: Truth | None) -> Loop:
@@ -313,7 +315,7 @@ class RunSession:
         if raw.cutoffs:
             self._register(plan.request)
         if plan.request.has_real_time_priority:
-            self._real_time = RealTimeTicks(self._add_note)
+            self._real_time = RealTimeTicks(self._add_note, has_guardian=bool(raw.cutoffs))
         priorities = self._real_time.priorities if self._real_time else None
         lease = plan.description.safety.lease_ticks / rate_hz
         guard = guard_motors(raw, lease, self._guardian, priorities.stop if priorities else None)

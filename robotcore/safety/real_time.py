@@ -41,6 +41,11 @@ _ALL_MEMORY = 1 | 2 | 4
 _MAY_LOCK = 1 << 14
 """CAP_IPC_LOCK in the field CapEff of proc_pid_status(5)."""
 
+NO_GUARDIAN = (
+    "--rt: no real-time priority, because no guardian guards the motors of this robot. The kernel would end a hung "
+    "run, and nothing would stop them. Let the drivers of the motors describe cutoffs"
+)
+
 REMEDY = (
     "Write two lines with your user's name into /etc/security/limits.d/robotcore.conf, and log in again: "
     f"'USER - rtprio {STOP_PRIORITY}' and 'USER - memlock unlimited'. For a service of systemd: "
@@ -83,12 +88,23 @@ def find_priorities() -> tuple[Priorities | None, str]:
 
 
 def _may_have(priority: int) -> bool:
+    own_policy = read_policy()
     try:
         set_priority(0, priority)
     except PermissionError:
         return False
-    drop_priority(0)
+    restore_policy(own_policy)
     return True
+
+
+def read_policy() -> tuple[int, int]:
+    """Return the scheduling policy and the priority of the calling thread."""
+    return os.sched_getscheduler(0) & ~os.SCHED_RESET_ON_FORK, os.sched_getparam(0).sched_priority
+
+
+def restore_policy(policy: tuple[int, int]) -> None:
+    """Give the calling thread the policy and the priority that `read_policy` has returned."""
+    os.sched_setscheduler(0, policy[0] | os.SCHED_RESET_ON_FORK, os.sched_param(policy[1]))
 
 
 def set_priority(thread: int, priority: int) -> None:
@@ -161,11 +177,13 @@ class RealTimeTicks:
     In the first tick an app may import libraries and load models. Nothing moves yet.
 
     report: a function that gets a note if something is refused, or if the app has lost the priority.
+    has_guardian: whether a guardian stops the motors if the kernel ends the process. Without one, the run has no
+        priority.
     """
 
-    def __init__(self, report: Callable[[str], object]) -> None:
+    def __init__(self, report: Callable[[str], object], *, has_guardian: bool) -> None:
         self._report = report
-        self.priorities, problem = find_priorities()
+        self.priorities, problem = find_priorities() if has_guardian else (None, NO_GUARDIAN)
         """The granted priorities; None if the system grants none."""
         if refused := lock_memory():
             problem = problem.removesuffix(f". {REMEDY}")  # the second note has it
@@ -173,12 +191,15 @@ class RealTimeTicks:
             report(note)
         self._threads: list[int] = []
         """The threads that have a real-time priority, by their numbers in the system."""
+        self._own_policy = (0, 0)
+        """The policy and the priority of the tick's thread before."""
         self._before: tuple[Any, tuple[int, int]] | None = None
         """The handler of SIGXCPU and the limits RTTIME before, while the priority may be in force."""
 
     def begin_after_first_tick(self, _record: object) -> None:
         """Begin at the first call. The loop calls it at the end of each tick, in the tick's thread."""
         if self._before is None and self.priorities:
+            self._own_policy = read_policy()
             self._limit_hangs()
             for thread in threading.enumerate():
                 if thread.name in STOP_THREADS and thread.native_id:
@@ -192,6 +213,8 @@ class RealTimeTicks:
         if self._before:
             import resource
 
+            if self._own_policy[0] != os.SCHED_OTHER:
+                restore_policy(self._own_policy)
             handler, limits = self._before
             self._before = self.priorities = None
             hard = resource.getrlimit(resource.RLIMIT_RTTIME)[1]
@@ -208,7 +231,7 @@ class RealTimeTicks:
 
     def _drop_priorities(self) -> None:
         while self._threads:
-            with suppress(ProcessLookupError):
+            with suppress(ProcessLookupError, IndexError):  # the watchdog's thread may take the last one
                 drop_priority(self._threads.pop())
 
     def _limit_hangs(self) -> None:

@@ -23,6 +23,7 @@ _OPTIONS = {
     "settings": "--set",
     "options": "--option",
     "faults": "--fault",
+    "has_real_time_priority": "--rt",
 }
 """The command-line options whose names differ from their fields of `RunRequest`, by field."""
 

@@ -8,7 +8,7 @@ import signal
 import sys
 from collections.abc import Callable
 from contextlib import suppress
-from select import select
+from selectors import EVENT_READ, DefaultSelector
 from subprocess import TimeoutExpired
 from threading import Lock
 from typing import Any
@@ -147,7 +147,9 @@ class _Process:
 
     def has_data_within(self, limit_s: float) -> bool:
         """Wait at most ``limit_s`` seconds. Return whether the process has sent data, or has closed the link."""
-        return bool(select([self._link], [], [], min(limit_s, _MAX_WAIT_S))[0])
+        with DefaultSelector() as selector:  # select() itself fails with more than 1024 open files
+            selector.register(self._link, EVENT_READ)
+            return bool(selector.select(min(limit_s, _MAX_WAIT_S)))
 
     def read_line(self, limit_s: float) -> bytes:
         """Return a line from the process.

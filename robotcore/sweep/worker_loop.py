@@ -27,6 +27,8 @@ _ERROR_ATTRIBUTES = {"_traceback_text", "kind", "fields"}
 """The class attributes of an error that a reply may replace. A reply cannot replace others, such as the exit status."""
 
 
+_CHUNK_BYTES = 2**16
+
 CALL_SIZE = struct.Struct("!Q")
 """The number of bytes of a pickled call, which precedes the call."""
 
@@ -67,11 +69,25 @@ def _import_libraries() -> None:
 
 def _receive_calls(link: socket, calls: SimpleQueue[bytes]) -> None:
     """Put each received call into the queue. If the parent closes the link, exit at once, even during a call."""
-    with suppress(OSError, struct.error), link.makefile("rb") as received:  # struct.error: the end of the link
+    with suppress(OSError, EOFError):
         while True:
-            (size,) = CALL_SIZE.unpack(received.read(CALL_SIZE.size))
-            calls.put(received.read(size))
+            (size,) = CALL_SIZE.unpack(_receive_exactly(link, CALL_SIZE.size))
+            calls.put(_receive_exactly(link, size))
     os._exit(1)
+
+
+def _receive_exactly(link: socket, size: int) -> bytes:
+    """Return ``size`` bytes of the link. Raises EOFError at its end.
+
+    A file object of the link would keep it open in a process that the app forks.
+    """
+    received = bytearray()
+    while len(received) < size:
+        chunk = link.recv(min(size - len(received), _CHUNK_BYTES))
+        if not chunk:
+            raise EOFError
+        received += chunk
+    return bytes(received)
 
 
 def _run_call(call: bytes) -> bytes:

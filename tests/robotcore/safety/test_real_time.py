@@ -19,7 +19,15 @@ from robotcore.cli.main import execute
 from robotcore.errors import UsageError
 from robotcore.runtime.plan import Plan
 from robotcore.safety import real_time
-from robotcore.safety.real_time import Priorities, RealTimeTicks, find_priorities, read_real_time, require_real_time
+from robotcore.safety.real_time import (
+    Priorities,
+    RealTimeTicks,
+    drop_priority,
+    find_priorities,
+    read_real_time,
+    require_real_time,
+    set_priority,
+)
 from tests.texts import CheckText, Raises
 
 linux = pytest.mark.skipif(not hasattr(os, "sched_setscheduler"), reason="needs Linux")
@@ -60,7 +68,7 @@ def test_without_permission_the_note_has_the_limit_and_the_remedy(
         resource, "getrlimit", lambda which: (0, 0) if which == resource.RLIMIT_RTPRIO else (8 << 20, 8)
     )
     notes: list[str] = []
-    with closing(_Closed(RealTimeTicks(notes.append))) as ticks:
+    with closing(_Closed(RealTimeTicks(notes.append, has_guardian=True))) as ticks:
         assert ticks.priorities is None
     check_text("\n".join(notes))
 
@@ -71,6 +79,14 @@ def test_with_one_processor_no_priority_is_taken(monkeypatch: pytest.MonkeyPatch
     found, reason = find_priorities()
     assert found is None
     check_text(reason)
+
+
+@linux
+def test_without_a_guardian_no_priority_is_taken(check_text: CheckText) -> None:
+    notes: list[str] = []
+    with closing(_Closed(RealTimeTicks(notes.append, has_guardian=False))) as ticks:
+        assert ticks.priorities is None
+    check_text(notes[0])
 
 
 class _Closed:
@@ -84,6 +100,20 @@ class _Closed:
 
 
 @granted
+def test_a_policy_that_the_process_had_before_is_restored() -> None:
+    set_priority(0, 10)
+    try:
+        ticks = RealTimeTicks(print, has_guardian=True)
+        assert read_real_time()["priority"] == 10
+        ticks.begin_after_first_tick(None)
+        assert read_real_time()["priority"] == 20
+        ticks.end()
+        assert read_real_time()["priority"] == 10
+    finally:
+        drop_priority(0)
+
+
+@granted
 def test_the_tick_has_its_priority_until_the_end_and_the_threads_that_stop_motors_have_a_higher_one() -> None:
     import resource
 
@@ -92,7 +122,7 @@ def test_the_tick_has_its_priority_until_the_end_and_the_threads_that_stop_motor
     watchdog, other = (threading.Thread(target=is_over.wait, name=name) for name in ("watchdog", "app"))
     for thread in (watchdog, other):
         thread.start()
-    ticks = RealTimeTicks(print)
+    ticks = RealTimeTicks(print, has_guardian=True)
     try:
         assert read_real_time()["priority"] == 0
         ticks.begin_after_first_tick(None)

@@ -7,7 +7,7 @@ import math
 import os
 import sys
 from collections.abc import Callable, Iterator
-from contextlib import closing
+from contextlib import ExitStack, closing
 from pathlib import Path
 from threading import Event, Lock, Thread, Timer
 
@@ -42,6 +42,21 @@ def test_another_exception_comes_back_as_text_and_the_process_continues(
     with raises(RobotcoreError):
         child.call(function, *arguments, limit_s=30)
     assert child.call(os.getpid, limit_s=30) == before != os.getpid()
+
+
+@pytest.mark.slow
+@pytest.mark.linux("it lists the open sockets")
+def test_a_forked_process_has_no_link_to_write_a_reply_to(child: WorkerProcess) -> None:
+    assert child.call(reply_in_fork, limit_s=30) == 0
+
+
+@pytest.mark.slow
+@pytest.mark.linux("it counts file descriptors")
+def test_a_worker_starts_with_more_open_files_than_select_allows(child: WorkerProcess) -> None:
+    with ExitStack() as opened:
+        for _ in range(1100):
+            opened.enter_context(Path(os.devnull).open())
+        assert child.call(math.hypot, 3, 4, limit_s=30) == 5
 
 
 @pytest.mark.slow
@@ -136,6 +151,15 @@ def test_a_process_that_hangs_while_it_starts_is_reported(
     monkeypatch.setattr("robotcore.sweep.worker._START_S", 3.0)
     with raises(NoWorkerError, "worker-not-started"):
         child.call(os.getpid, limit_s=30)
+
+
+def reply_in_fork() -> int:
+    """Fork a process that writes to each socket of this one. Return its exit status, 1 if it could write."""
+    if (process := os.fork()) == 0:
+        sockets = [int(each.name) for each in Path("/proc/self/fd").iterdir() if each.is_socket()]
+        written = [os.write(each, b"1\n") for each in sockets]
+        os._exit(bool(written))
+    return os.waitstatus_to_exitcode(os.waitpid(process, 0)[1])
 
 
 def raise_(error: Exception) -> None:
