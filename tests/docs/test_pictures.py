@@ -36,7 +36,7 @@ OTHERS = {
 }
 """The other pictures, and where they come from."""
 
-MAX_DIFFERENCE = 1.0
+MAX_DIFFERENCE = 2.0
 """The greatest mean difference of two pictures, in grey levels. The text of the speed makes less."""
 
 

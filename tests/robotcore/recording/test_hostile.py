@@ -50,7 +50,7 @@ def read_all(file: Path) -> Recording | None:
     if message := get_error_message(lambda: read(file)):
         assert message.isprintable()
         assert file.name in message
-        assert len(message) < len(str(file)) + 300
+        assert len(message) < len(str(file)) + 320
         return None
     recording = read(file)
     for key in recording.samples:
