@@ -102,7 +102,7 @@ def _compare(needed: SpecifierSet) -> UnmetRange | None:
 
     installed = read_version()
     # A version under development or a release candidate has what its release will have.
-    if needed.contains(Version(installed).base_version, prereleases=True):
+    if any(needed.contains(each, prereleases=True) for each in (installed, Version(installed).base_version)):
         return None
     is_old = any(
         each.operator in (">=", ">", "~=", "==") and Version(each.version.removesuffix(".*")) >= Version(installed)

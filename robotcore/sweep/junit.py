@@ -56,7 +56,7 @@ def _build_suite(
         f"{first.app} {key}",
         [
             *(_build_run_case(results, record, name, key, is_allowed=is_allowed) for record in ordered),
-            *(_build_gate_case(each, group, name, key, command) for each in requirements),
+            *(_build_gate_case(each, group, name, key, command) for each in dict.fromkeys(requirements)),
         ],
         {fact: value for fact, value in facts.items() if value},
         results.date,

@@ -122,6 +122,16 @@ def test_a_wrong_app_fails_each_check_by_name(project: Path) -> None:
 
 
 @pytest.mark.slow
+def test_the_replay_fails_if_the_app_cannot_start_although_an_older_recording_is_there(project: Path) -> None:
+    app = project / "search.py"
+    assert type_line(project, "sh ci.sh replay").returncode == 0
+    app.write_text("this is no Python")
+    ran = type_line(project, "sh ci.sh replay")
+    assert ran.returncode == 1
+    assert "recorded nothing" in ran.stderr
+
+
+@pytest.mark.slow
 def test_the_replay_fails_if_the_app_uses_random_numbers(project: Path) -> None:
     app = project / "search.py"
     code = app.read_text().replace("2 * ball.bearing", "(2 + 0.1 * random()) * ball.bearing")

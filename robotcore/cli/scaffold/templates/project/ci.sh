@@ -33,28 +33,6 @@ replay) # A new recording: the app must decide by its samples alone. The kept re
     [ -z "$differing" ] || { echo "These replays have failed:$differing" >&2 && exit 1; }
     ;;
 all)
-    python -m pip install -r requirements.txt
-    ;;
-tests)
-    python -m pytest --junit-xml=build/junit/tests.xml
-    ;;
-sweep) # The gate: the app must find the ball in these rooms, and touch nothing.
-    robotcore sweep search.py --robot my_robot.toml --world room.toml --seeds "${SEEDS:-1-50}" \
-        --require "verified>=0.95" --require "contacts<=0" \
-        --report build/report --junit build/junit/sweep.xml --badge build/badge.svg
-    ;;
-replay) # A new recording: the app must decide by its samples alone. The kept recordings: it must decide as before.
-    robotcore run search.py --robot my_robot.toml --world room.toml --seed 7 --record build/new.mcap --force ||
-        echo "This run has failed. Its decisions are replayed all the same." >&2
-    differing=
-    for recording in build/new.mcap recordings/*.mcap; do
-        [ -e "$recording" ] || continue # without a kept recording, the pattern itself is the name
-        robotcore replay "$recording" --app search.py --require-equal \
-            --junit "build/junit/replay-$(basename "$recording" .mcap).xml" || differing="$differing $recording"
-    done
-    [ -z "$differing" ] || { echo "These replays have failed:$differing" >&2 && exit 1; }
-    ;;
-all)
     failed=
     for each in tests sweep replay; do
         echo "== $each"
