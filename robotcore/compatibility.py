@@ -54,11 +54,11 @@ def is_newer(other: str) -> bool:
     >>> is_newer("1000.0"), is_newer("0.0.1"), is_newer("unknown")
     (True, False, False)
     """
-    from packaging.version import InvalidVersion, Version
+    from packaging.version import Version
 
     try:
         return Version(other) > Version(read_version())
-    except InvalidVersion:
+    except ValueError:  # InvalidVersion is one, and so is that of a number with too many digits
         return False
 
 
@@ -83,17 +83,19 @@ def check_requirements(requirements: Iterable[str]) -> UnmetRange | None:
 
     requirements: the requirements of the package, such as ``robotcore[sim]>=0.2``.
     """
-    from packaging.requirements import InvalidRequirement, Requirement
+    from packaging.markers import UndefinedComparison, UndefinedEnvironmentName
+    from packaging.requirements import Requirement
     from packaging.utils import canonicalize_name
 
     for text in requirements:
         try:
             requirement = Requirement(text)
-        except InvalidRequirement:  # old tools installed packages with such metadata
+            if canonicalize_name(requirement.name) != PACKAGE:
+                continue
+            if requirement.marker is None or requirement.marker.evaluate({"extra": ""}):
+                return _compare(requirement.specifier)
+        except (ValueError, UndefinedComparison, UndefinedEnvironmentName):  # old tools installed such metadata
             continue
-        is_extra = requirement.marker is not None and not requirement.marker.evaluate({"extra": ""})
-        if canonicalize_name(requirement.name) == PACKAGE and not is_extra:
-            return _compare(requirement.specifier)
     return None
 
 

@@ -42,6 +42,10 @@ Unpack = Callable[[memoryview], Image]
 """A function that decodes the message of a picture."""
 
 
+MAX_VERSION_TEXT = 40
+"""The greatest number of characters of a version of robotcore in a message."""
+
+
 class Picture(NamedTuple):
     """A picture in a file."""
 
@@ -206,7 +210,7 @@ class _RecordingBuilder:
 
     def describe_newer_version(self) -> str:
         """Return a clause that names the robotcore that wrote the file if it is newer than this one, else ``""``."""
-        written = self._metadata.platform.get(PACKAGE, "") if self._metadata else ""
+        written = self._metadata.platform.get(PACKAGE, "")[:MAX_VERSION_TEXT] if self._metadata else ""
         return f"; the newer robotcore {escape(written)} wrote the file" if is_newer(written) else ""
 
     def build(self, *, is_whole: bool, damage: str) -> Recording:

@@ -151,7 +151,7 @@ def test_a_kept_recording_fails_after_a_change_until_it_is_recorded_again(projec
     ran = type_line(project, "sh ci.sh replay")
     assert ran.returncode == 1
     assert ran.stderr.endswith("These replays have failed: recordings/seed-7.mcap\n")
-    assert list_problems(project / "build" / "junit" / "replay-seed-7.xml") == [("failure", "deviation")]
+    assert list_problems(project / "build" / "junit" / "replay-kept-seed-7.xml") == [("failure", "deviation")]
     assert type_line(project, f"{RECORD} --force").returncode == 0
     assert type_line(project, "sh ci.sh replay").returncode == 0
 
@@ -165,14 +165,14 @@ def test_a_kept_recording_fails_also_if_the_app_has_another_name_than_the_record
     script.write_text(script.read_text().replace("search.py", "seek.py"))
     ran = type_line(project, "sh ci.sh replay")
     assert ran.stderr.endswith("These replays have failed: recordings/seed-7.mcap\n")
-    assert list_problems(project / "build" / "junit" / "replay-seed-7.xml") == [("failure", "deviation")]
+    assert list_problems(project / "build" / "junit" / "replay-kept-seed-7.xml") == [("failure", "deviation")]
 
 
 @pytest.mark.slow
 def test_a_damaged_recording_fails_with_a_case(project: Path) -> None:
     (project / "recordings" / "broken.mcap").write_bytes(b"no recording")
     assert type_line(project, "sh ci.sh replay").returncode == 1
-    assert list_problems(project / "build" / "junit" / "replay-broken.xml") == [("error", "not-a-recording")]
+    assert list_problems(project / "build" / "junit" / "replay-kept-broken.xml") == [("error", "not-a-recording")]
     assert list_problems(project / "build" / "junit" / "replay-new.xml") == []
 
 

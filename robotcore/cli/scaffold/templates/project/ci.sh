@@ -3,7 +3,7 @@
 # They need what `sh ci.sh install` installs, in an environment such as one of `python -m venv`.
 # The results are in build/: JUnit files in build/junit, the report of the sweep, and the badge.
 set -eu
-cd "$(dirname "$0")"
+CDPATH= cd -- "$(dirname -- "$0")"
 mkdir -p build/junit
 
 part=${1:-all}
@@ -27,8 +27,9 @@ replay) # A new recording: the app must decide by its samples alone. The kept re
     differing=
     for recording in build/new.mcap recordings/*.mcap; do
         [ -e "$recording" ] || continue # without a kept recording, the pattern itself is the name
-        robotcore replay "$recording" --app search.py --require-equal \
-            --junit "build/junit/replay-$(basename "$recording" .mcap).xml" || differing="$differing $recording"
+        case $recording in build/*) name=new ;; *) name=kept-$(basename "$recording" .mcap) ;; esac
+        robotcore replay "$recording" --app search.py --require-equal --junit "build/junit/replay-$name.xml" ||
+            differing="$differing $recording"
     done
     [ -z "$differing" ] || { echo "These replays have failed:$differing" >&2 && exit 1; }
     ;;
