@@ -18,8 +18,9 @@ from pathlib import Path
 import tomllib
 
 ROOT = Path(__file__).parents[1]
-TAG = re.compile(r"v(?P<version>\d+\.\d+\.\d+(?:rc\d+)?)")
+TAG = re.compile(r"v(?P<version>[0-9]{1,5}\.[0-9]{1,5}\.[0-9]{1,5}(?:rc[0-9]{1,5})?)")
 HEADING = re.compile(r"^## \[(?P<name>[^\]]+)\](?: - (?P<date>\S+))?[ \t]*$", re.MULTILINE)
+ENTRY = re.compile(r"^- \S", re.MULTILINE)
 CORPORA = Path("tests", "compatibility")
 
 
@@ -29,14 +30,17 @@ def main(arguments: list[str] | None = None) -> int:
     parser.add_argument("tag", help="the tag of the release, such as v0.2.0")
     parser.add_argument("--notes", metavar="FILE", type=Path, help="write the changelog's section into this file")
     options = parser.parse_args(arguments)
-    problems = list(find_problems(ROOT, options.tag))
+    try:
+        problems = list(find_problems(ROOT, options.tag))
+        if options.notes and not problems:
+            version = options.tag.removeprefix("v")
+            options.notes.write_text(read_section(ROOT, version) + "\n", encoding="utf-8")
+    except (OSError, ValueError, KeyError) as error:  # a file that is missing, or no UTF-8, TOML or project
+        problems = [f"a file of the release cannot be read or written: {type(error).__name__}: {error}. Correct it"]
     for problem in problems:
         sys.stderr.write(f"error: {problem}\n")
     if problems:
         return 1
-    if options.notes:
-        version = options.tag.removeprefix("v")
-        options.notes.write_text(read_section(ROOT, version) + "\n", encoding="utf-8")
     sys.stdout.write(f"{options.tag} can be released\n")
     return 0
 
@@ -75,12 +79,19 @@ def _find_changelog_problems(root: Path, version: str) -> Iterator[str]:
     if released[0] != version:
         yield f"the newest section of CHANGELOG.md is [{released[0]}], not [{version}]. Put the new section first"
     written = headings[names.index(version)]["date"] or ""
-    try:
-        date.fromisoformat(written)
-    except ValueError:
+    if not _is_date(written):
         yield f"the section [{version}] of CHANGELOG.md has the date {written!r}. Write ## [{version}] - YYYY-MM-DD"
-    if not read_section(root, version):
-        yield f"the section [{version}] of CHANGELOG.md is empty. Write what changed for users"
+    if not ENTRY.search(read_section(root, version)):
+        yield f"the section [{version}] of CHANGELOG.md has no entry. Write what changed for users: - **Name.** Text"
+    if "Unreleased" in names and ENTRY.search(read_section(root, "Unreleased")):
+        yield f"CHANGELOG.md has entries below [Unreleased]. Move them to [{version}]"
+
+
+def _is_date(text: str) -> bool:
+    try:
+        return re.fullmatch(r"[0-9]{4}-[0-9]{2}-[0-9]{2}", text) is not None and bool(date.fromisoformat(text))
+    except ValueError:
+        return False
 
 
 def read_version(root: Path) -> str:

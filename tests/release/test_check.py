@@ -71,8 +71,22 @@ def test_a_tag_of_another_form_is_a_problem(root: Path, tag: str, check_text: Ch
         ("CHANGELOG.md", "[0.1.0]", "[0.2.0]"),
         ("CHANGELOG.md", "## [0.2.0]", "## [0.3.0] - 2027-02-01\n\n## [0.2.0]"),
         ("CHANGELOG.md", "### Added\n\n- **Wings.** A robot flies. [docs/wings.md](docs/wings.md)\n", ""),
+        ("CHANGELOG.md", "- **Wings.** A robot flies. [docs/wings.md](docs/wings.md)", "<!-- later -->"),
+        ("CHANGELOG.md", "- 2027-01-31", "- 20270131"),
+        ("CHANGELOG.md", "## [Unreleased]\n", "## [Unreleased]\n\n- **Arms.** A robot lifts.\n"),
     ],
-    ids=["version", "no section", "wrong date", "no date", "two sections", "not newest", "empty"],
+    ids=[
+        "version",
+        "no section",
+        "wrong date",
+        "no date",
+        "two sections",
+        "not newest",
+        "empty",
+        "no entry",
+        "date of another form",
+        "unreleased entries",
+    ],
 )
 def test_each_disagreement_is_a_problem(root: Path, file: str, old: str, new: str, check_text: CheckText) -> None:
     change(root, file, old, new)
@@ -104,6 +118,16 @@ def test_a_problem_has_exit_status_1_and_no_notes(
     assert main(["v0.3.0", "--notes", str(notes)]) == 1
     assert capsys.readouterr().err.startswith("error: the tag is v0.3.0")
     assert not notes.exists()
+
+
+def test_a_file_that_cannot_be_read_or_written_is_a_problem(
+    root: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.setattr(check, "ROOT", root)
+    assert main(["v0.2.0", "--notes", str(tmp_path / "missing" / "notes.md")]) == 1
+    (root / "CHANGELOG.md").write_bytes(b"\xff")
+    assert main(["v0.2.0"]) == 1
+    assert capsys.readouterr().err.count("error: a file of the release cannot be read or written") == 2
 
 
 def test_the_version_of_this_repository_is_read() -> None:
