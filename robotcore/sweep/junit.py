@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from importlib.metadata import version
 
+from robotcore.compatibility import read_version
 from robotcore.junit import JUnitCase, JUnitSuite, Problem, Verdict
 from robotcore.runtime.apps import app_path
 from robotcore.runtime.result import Outcome
@@ -49,7 +49,7 @@ def _build_suite(
         "world": group.world,
         "command": command,
         "results": str(results.directory),
-        "robotcore": version("robotcore"),
+        "robotcore": read_version(),
     }
     ordered = sorted(records, key=lambda record: -1 if record.result.seed is None else record.result.seed)
     return JUnitSuite(

@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-from importlib.metadata import version
 from pathlib import Path
 
+from robotcore.compatibility import read_version
 from robotcore.errors import RobotcoreError
 from robotcore.junit import JUnitCase, JUnitSuite, Problem, Verdict, build_error_problem
 from robotcore.recording.replay import Evaluation, ReplayResult
@@ -30,7 +30,7 @@ def build_suite(file: Path, command: str, replay: ReplayResult | Evaluation) -> 
     problem = _find_problem(replay, "\n".join(lines), command) if replay.exit_status else None
     output = "" if problem else "\n".join(lines)
     case = JUnitCase(GROUP, str(file), replay.result.wall_time_s, problem, output)
-    return JUnitSuite(f"{GROUP} of {file}", [case], {"command": command, "robotcore": version("robotcore")})
+    return JUnitSuite(f"{GROUP} of {file}", [case], {"command": command, "robotcore": read_version()})
 
 
 def _find_problem(replay: ReplayResult | Evaluation, findings: str, command: str) -> Problem:

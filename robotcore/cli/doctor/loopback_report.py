@@ -11,12 +11,12 @@ from collections import Counter
 from collections.abc import Iterable, Mapping
 from dataclasses import asdict
 from datetime import datetime, timezone
-from importlib.metadata import version
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal
 
 from pydantic import BaseModel, ConfigDict, Field
 
+from robotcore.compatibility import read_version
 from robotcore.errors import UsageError
 from robotcore.files import replace_file, require_replaceable
 
@@ -88,7 +88,7 @@ class LoopbackReport:
     ) -> None:
         self._facts = {
             "date": f"{datetime.now(timezone.utc):%Y-%m-%d}",
-            "robotcore": version("robotcore"),
+            "robotcore": read_version(),
             "python": platform.python_version(),
             "kernel": hide_private(platform.release()),
             "machine": platform.machine(),

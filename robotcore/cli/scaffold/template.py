@@ -31,7 +31,7 @@ CACHES = ("__pycache__", "_cache")
 TEMPLATE_MINIMUM = ">=0.1"
 """The range of robotcore's versions in the templates. A copy has the range from the installed version on.
 
-The user may add to a copy whatever the installed version offers.
+The user may add any part of the installed version to a copy.
 """
 
 

@@ -135,8 +135,8 @@ def _list_checks(buildah: Buildah, container: str, base: int, folder: Path) -> I
     work.mkdir()
     work.chmod(0o777)
 
-    def run(command: str, *, inside: str = "/work") -> subprocess.CompletedProcess[str]:
-        options = ("--volume", f"{work}:/work", "--workingdir", inside)
+    def run(command: str, *, inside: str = "/project") -> subprocess.CompletedProcess[str]:
+        options = ("--volume", f"{work}:/project", "--workingdir", inside)
         return buildah("run", *options, container, "--", *command.split())
 
     config = json.loads(buildah.require("inspect", "--type", "image", f"localhost/{IMAGE}:latest"))["OCIv1"]["config"]
@@ -144,7 +144,7 @@ def _list_checks(buildah: Buildah, container: str, base: int, folder: Path) -> I
     yield "its user is not root", "" if (user := run("id -un").stdout.strip()) == "robot" else user
     yield "the demo runs on PyBullet", _expect(run("robotcore demo"), "success  green-search on pybullet")
     yield "new makes a project", _expect(run("robotcore new my-robot"), "has been created")
-    project = "/work/my-robot"
+    project = "/project/my-robot"
     yield "its tests pass", _expect(run("python -m pytest -q -p no:cacheprovider", inside=project), "6 passed")
     swept = run(f"robotcore sweep {PROJECT} --seeds 1-3 --backend mujoco --require verified>=1", inside=project)
     yield "a sweep runs on MuJoCo, with a bound", _expect(swept, "3/3")
