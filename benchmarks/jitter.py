@@ -17,7 +17,7 @@ from collections.abc import Sequence
 from typing import Any
 
 from benchmarks.report import parse_options, print_table
-from drivers.raspberrypi.loopback.processes import put_load
+from drivers.raspberrypi.loopback.processes import load_processors
 from drivers.raspberrypi.loopback.ticks import Jitter
 
 RATES_HZ = (20, 50)
@@ -32,16 +32,16 @@ def main() -> int:
     """Execute the runs in turn, and print the jitter of each way."""
     options = parse_options(__doc__, rounds=5, seconds=10.0)
     found: dict[tuple[int, str], list[dict[str, Any]]] = {(rate, way): [] for rate in RATES_HZ for way in WAYS}
-    with put_load():
+    with load_processors():
         for _ in range(options.rounds):
             for (rate, way), runs in found.items():
                 runs.append(_run_once(rate, way, max(2, round(options.seconds * rate))))
     rows, p99, is_granted = [], {}, True
     for (rate, way), runs in found.items():
-        jitter = Jitter.of_runs([run["times"] for run in runs], rate)
-        p99[rate, way] = jitter.spread.p99
+        jitter = Jitter.from_runs([run["times"] for run in runs], rate)
+        p99[rate, way] = jitter.percentiles.p99
         is_granted &= WAYS[way]["rt"] is False or all(run["priority"] for run in runs)
-        cells = [f"{value * 1e3:.2f}" for value in jitter.spread]
+        cells = [f"{value * 1e3:.2f}" for value in jitter.percentiles]
         rows.append((str(rate), way, str(jitter.ticks), *cells, str(jitter.late_ticks)))
     print_table(("Hz", "way", "ticks", "p50, ms", "p99, ms", "worst, ms", "late by half a period"), rows)
     return int(not is_granted or any(p99[rate, "--rt"] >= p99[rate, "normal"] for rate in RATES_HZ))

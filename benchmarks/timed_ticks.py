@@ -21,7 +21,7 @@ from robotcore.hal.wall_clock import read_timer
 from robotcore.runtime.behaviour import Behaviour, Status
 from robotcore.runtime.request import RunRequest
 from robotcore.runtime.session import run
-from robotcore.safety.real_time import read_real_time
+from robotcore.safety.real_time import read_priority_and_locked_memory
 
 
 class PolledBackend(LoggingBackend):
@@ -49,7 +49,7 @@ class TimedTicks(Behaviour):
         robot.drive.set_velocity(0.0, 0.5 if len(self.times) % 20 < 10 else -0.5)  # constant encoders do not follow
         if len(self.times) <= self.ticks:
             return Status.RUNNING
-        self.granted = read_real_time()
+        self.granted = read_priority_and_locked_memory()
         return Status.SUCCESS
 
 

@@ -28,28 +28,28 @@ _CLOSED = -1
 _SECRET_BYTES = 32
 
 
-def build_session_options(handles: Sequence[int] = (), *, outlives_console: bool = False) -> dict[str, Any]:
+def build_session_options(handles: Sequence[int] = (), *, is_detached: bool = False) -> dict[str, Any]:
     """Return the arguments of `Popen` with which Ctrl-C in the terminal does not reach the process.
 
     handles: the file descriptors that the process inherits. Only a system with POSIX can pass them on.
-    outlives_console: whether the process also continues after the window of its console was closed. On POSIX every such
+    is_detached: whether the process also continues after the window of its console was closed. On POSIX every such
         process does. On Windows it then writes nothing on the console.
     """
     if HAS_POSIX:
         return {"pass_fds": tuple(handles), "start_new_session": True}
-    flag = "CREATE_NO_WINDOW" if outlives_console else "CREATE_NEW_PROCESS_GROUP"
+    flag = "CREATE_NO_WINDOW" if is_detached else "CREATE_NEW_PROCESS_GROUP"
     return {"creationflags": getattr(subprocess, flag, 0)}
 
 
 def start_linked_process(
-    code: str, arguments: Sequence[str] = (), *, stdout: int, outlives_console: bool = False
+    code: str, arguments: Sequence[str] = (), *, stdout: int, is_detached: bool = False
 ) -> tuple[Popen[bytes], socket]:
     """Start a Python process, and return it with this process's end of their link. Its standard input is empty.
 
     code: the code of the process. It opens its end with ``receive_link(sys.argv[1])``.
     arguments: the further arguments of the process, in ``sys.argv[2:]``.
     stdout: the standard output of the process, as in `Popen`.
-    outlives_console: see `build_session_options`.
+    is_detached: see `build_session_options`.
 
     On POSIX the function does not wait. On another system it waits until the process has connected. If the process ends
     before, or does not connect within `CONNECTING_S`, the link is at its end.
@@ -69,7 +69,7 @@ def start_linked_process(
                 raise
     with create_server((LOOPBACK, 0)) as listener:
         address = listener.getsockname()[1]
-        options = build_session_options(outlives_console=outlives_console)
+        options = build_session_options(is_detached=is_detached)
         process = Popen([*command, f"{LOOPBACK}:{address}", *arguments], stdin=PIPE, stdout=stdout, **options)  # noqa: S603  the same
         try:
             return process, _accept(listener, process)
@@ -112,7 +112,7 @@ def _accept(listener: socket, process: Popen[bytes]) -> socket:
         while process.poll() is None and listener.fileno() != _CLOSED:
             with suppress(OSError):
                 link = listener.accept()[0]
-                if _is_right(link, secret):
+                if _has_secret(link, secret):
                     link.settimeout(None)
                     link.setsockopt(IPPROTO_TCP, TCP_NODELAY, 1)
                     return link
@@ -125,7 +125,7 @@ def _accept(listener: socket, process: Popen[bytes]) -> socket:
     return ours
 
 
-def _is_right(link: socket, secret: bytes) -> bool:
+def _has_secret(link: socket, secret: bytes) -> bool:
     from hmac import compare_digest
 
     received = b""

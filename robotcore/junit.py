@@ -12,8 +12,8 @@ from robotcore.errors import BehaviourError, RobotcoreError
 from robotcore.text import escape
 
 
-class Verdict(str, Enum):
-    """Why a case did not pass. The value is the name of its XML element."""
+class ProblemElement(str, Enum):
+    """The XML element of a case that did not pass. The value is its name."""
 
     FAILURE = "failure"
     """The case checked something, and the check failed."""
@@ -25,9 +25,9 @@ class Verdict(str, Enum):
 
 @dataclass(frozen=True)
 class Problem:
-    """A verdict of a case, and its cause."""
+    """The element of a case that did not pass, and the cause."""
 
-    verdict: Verdict
+    verdict: ProblemElement
 
     kind: str
     """A stable identifier of the cause, such as ``timeout``."""
@@ -103,7 +103,7 @@ def build_error_problem(error: RobotcoreError, command: str) -> Problem:
     trace = error.traceback if isinstance(error, BehaviourError) else ""
     text = "\n".join(part for part in (str(error), trace) if part)
     first = str(error).partition("\n")[0]
-    return Problem(Verdict.ERROR, error.kind, first, f"{text}\n\nRepeat the command: {command}")
+    return Problem(ProblemElement.ERROR, error.kind, first, f"{text}\n\nRepeat the command: {command}")
 
 
 def format_junit(suites: Sequence[JUnitSuite]) -> bytes:
@@ -112,7 +112,10 @@ def format_junit(suites: Sequence[JUnitSuite]) -> bytes:
     The file is valid by the schema junit-10.xsd of Jenkins, and its names are those that GitLab reads. XML 1.0 has no
     control characters and no surrogates, so they are escaped with a backslash.
     """
-    root = ET.Element("testsuites", {"name": "robotcore", **_count([each for suite in suites for each in suite.cases])})
+    root = ET.Element(
+        "testsuites",
+        {"name": "robotcore", **_build_count_attributes([each for suite in suites for each in suite.cases])},
+    )
     for suite in suites:
         _add_suite(root, suite)
     ET.indent(root)
@@ -121,8 +124,10 @@ def format_junit(suites: Sequence[JUnitSuite]) -> bytes:
 
 
 def _add_suite(root: ET.Element, suite: JUnitSuite) -> None:
-    element = ET.SubElement(root, "testsuite", {"name": escape(suite.name), **_count(suite.cases)})
-    element.set("skipped", str(_count_verdict(suite.cases, Verdict.SKIPPED)))  # the schema has it for suites only
+    element = ET.SubElement(root, "testsuite", {"name": escape(suite.name), **_build_count_attributes(suite.cases)})
+    element.set(
+        "skipped", str(_count_verdict(suite.cases, ProblemElement.SKIPPED))
+    )  # the schema has it for suites only
     if suite.date:
         element.set("timestamp", suite.date.astimezone(timezone.utc).strftime("%Y-%m-%dT%H:%M:%S"))
     if suite.properties:
@@ -143,17 +148,17 @@ def _add_case(suite: ET.Element, case: JUnitCase) -> None:
         ET.SubElement(element, "system-out").text = escape(case.output, keep="\n")
 
 
-def _count(cases: Sequence[JUnitCase]) -> Mapping[str, str]:
+def _build_count_attributes(cases: Sequence[JUnitCase]) -> Mapping[str, str]:
     """Return the attributes that count cases and add up their durations."""
     return {
         "tests": str(len(cases)),
-        "failures": str(_count_verdict(cases, Verdict.FAILURE)),
-        "errors": str(_count_verdict(cases, Verdict.ERROR)),
+        "failures": str(_count_verdict(cases, ProblemElement.FAILURE)),
+        "errors": str(_count_verdict(cases, ProblemElement.ERROR)),
         "time": _format_time(sum(case.time_s for case in cases)),
     }
 
 
-def _count_verdict(cases: Sequence[JUnitCase], verdict: Verdict) -> int:
+def _count_verdict(cases: Sequence[JUnitCase], verdict: ProblemElement) -> int:
     return sum(case.problem is not None and case.problem.verdict is verdict for case in cases)
 
 

@@ -137,12 +137,12 @@ def _check_removal(path: Any) -> None:
         raise PermissionError(13, "the file is open, so Windows does not remove or replace it", str(path))
 
 
-def _wrap_removal(real: Callable[..., Any], *, may_replace: bool) -> Callable[..., Any]:
+def _wrap_removal(real: Callable[..., Any], *, is_replacing_allowed: bool) -> Callable[..., Any]:
     def call(path: Any, *arguments: Any, **options: Any) -> Any:
         if _is_called_by_project():
             _check_removal(path)
             if arguments and os.path.lexists(arguments[0]) and not pathlib.Path(path).samefile(arguments[0]):
-                if not may_replace:
+                if not is_replacing_allowed:
                     raise FileExistsError(17, "the file exists, so Windows renames no other to it", str(path))
                 _check_removal(arguments[0])
         return real(path, *arguments, **options)
@@ -171,10 +171,10 @@ def hide() -> None:
         return
     builtins._is_posix_hidden = True  # type: ignore[attr-defined]
     removals = {
-        "unlink": _wrap_removal(os.unlink, may_replace=True),
-        "remove": _wrap_removal(os.remove, may_replace=True),
-        "replace": _wrap_removal(os.replace, may_replace=True),
-        "rename": _wrap_removal(os.rename, may_replace=False),
+        "unlink": _wrap_removal(os.unlink, is_replacing_allowed=True),
+        "remove": _wrap_removal(os.remove, is_replacing_allowed=True),
+        "replace": _wrap_removal(os.replace, is_replacing_allowed=True),
+        "rename": _wrap_removal(os.rename, is_replacing_allowed=False),
     }
     facades = {
         "os": Facade(os, removals),
@@ -196,7 +196,7 @@ def hide() -> None:
     builtins.__import__ = import_module
     for name in ("unlink", "rename", "replace"):
         real = getattr(pathlib.Path, name)
-        setattr(pathlib.Path, name, _wrap_removal(real, may_replace=name != "rename"))
+        setattr(pathlib.Path, name, _wrap_removal(real, is_replacing_allowed=name != "rename"))
     subprocess.Popen.__init__ = _wrap_popen(subprocess.Popen.__init__)  # type: ignore[method-assign]
 
 

@@ -18,7 +18,13 @@ from typing import Any
 
 import pytest
 
-from docs.generator.public_names import MODULES, find_assignments, is_ours, list_public_names, parse_module
+from docs.generator.public_names import (
+    MODULES,
+    find_assignments,
+    is_defined_in_robotcore,
+    list_public_names,
+    parse_module,
+)
 
 
 def find_mistake(module: str, name: str) -> str:
@@ -26,7 +32,9 @@ def find_mistake(module: str, name: str) -> str:
     value = getattr(import_module(module), name)
     if isinstance(value, ModuleType):
         return "" if value.__doc__ else "a docstring"
-    if is_ours(value) and (inspect.isclass(value) or inspect.isroutine(value) or hasattr(value, "__wrapped__")):
+    if is_defined_in_robotcore(value) and (
+        inspect.isclass(value) or inspect.isroutine(value) or hasattr(value, "__wrapped__")
+    ):
         return _find_lack(value)
     return "" if _is_documented(module, name) else "a sentence below its assignment"
 
@@ -36,7 +44,7 @@ def _find_lack(value: Any) -> str:
     if not own:
         return "a docstring"
     is_exception = inspect.isclass(value) and issubclass(value, BaseException)
-    docs = [base.__doc__ for base in value.__mro__ if is_ours(base)] if is_exception else [own]
+    docs = [base.__doc__ for base in value.__mro__ if is_defined_in_robotcore(base)] if is_exception else [own]
     return "" if any(doc and doctest.DocTestParser().get_examples(doc) for doc in docs) else "an example"
 
 
@@ -91,7 +99,9 @@ def test_each_public_name_has_a_docstring_and_an_example(module: str) -> None:
 @pytest.mark.parametrize("module", MODULES)
 def test_docstrings_name_the_parameters(module: str) -> None:
     values = {name: getattr(import_module(module), name) for name in list_public_names(module)}
-    called = {name: value for name, value in values.items() if is_ours(value) and not _has_fields(value)}
+    called = {
+        name: value for name, value in values.items() if is_defined_in_robotcore(value) and not _has_fields(value)
+    }
     missing = {name: list_undocumented_parameters(value) for name, value in called.items() if callable(value)}
     assert {name: parameters for name, parameters in missing.items() if parameters} == {}
 
@@ -105,7 +115,7 @@ def _has_fields(value: Any) -> bool:
 @pytest.mark.parametrize("module", MODULES)
 def test_examples_import_all_other_names(module: str) -> None:
     values = {name: getattr(import_module(module), name) for name in list_public_names(module)}
-    docs = {name: value.__doc__ for name, value in values.items() if is_ours(value) and value.__doc__}
+    docs = {name: value.__doc__ for name, value in values.items() if is_defined_in_robotcore(value) and value.__doc__}
     unknown = {name: list_unknown_names(doc, name) for name, doc in docs.items()}
     assert {name: names for name, names in unknown.items() if names} == {}
 
@@ -191,7 +201,9 @@ def _brake():
 def test_new_names_without_docstring_or_example_are_found(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     (tmp_path / f"{NEW_NAME}.py").write_text(NEW_MODULE)
     monkeypatch.syspath_prepend(tmp_path)
-    monkeypatch.setattr(f"{__name__}.is_ours", lambda value: getattr(value, "__module__", "") == NEW_NAME)
+    monkeypatch.setattr(
+        f"{__name__}.is_defined_in_robotcore", lambda value: getattr(value, "__module__", "") == NEW_NAME
+    )
     lacks = {name: find_mistake(NEW_NAME, name) for name in list_public_names(NEW_NAME)}
     assert {name: lack for name, lack in lacks.items() if lack} == {
         "LIMIT": "a sentence below its assignment",

@@ -17,7 +17,7 @@ ROOT = Path(robotcore.__file__).parent.parent
 LINUX_ONLY = {
     "robotcore.sweep.supervisor": "adopts orphaned processes, an ability of the kernel of Linux",
     "drivers.raspberrypi.loopback.stops": "ends programs on a Pi by the signals of POSIX",
-    "drivers.raspberrypi.loopback.pi_test": "tests a Pi, and imports `stops`",
+    "drivers.raspberrypi.loopback.raspberry_pi": "tests a Pi, and imports `stops`",
 }
 """The modules that need Linux when they are imported, with the reason. Others import on every system."""
 

@@ -66,22 +66,22 @@ def read_catalogue() -> dict[str, Entry]:
     """Return the entries of all errors and findings by identifier, in alphabetical order."""
     entries: dict[str, Entry] = {}
 
-    def entry(kind: str, owner: str) -> Entry:
+    def add_entry(kind: str, owner: str) -> Entry:
         found = entries.setdefault(kind, Entry(kind))
         found.owners.add(owner)
         return found
 
     for error in list_error_classes():
-        entry(error.kind, error.__name__)
+        add_entry(error.kind, error.__name__)
     for file, tree in _parse_sources():
         module = ".".join(file.relative_to(ROOT).with_suffix("").parts).removesuffix(".__init__")
-        for kind, owner, message in _find_raised(tree):
-            found = entry(kind, owner)
+        for kind, owner, message in _find_raise_calls(tree):
+            found = add_entry(kind, owner)
             found.modules.add(module)
             if message and message not in found.messages:
                 found.messages.append(message)
     for kind, owner, text in _find_examples():
-        found = entry(kind, owner)
+        found = add_entry(kind, owner)
         if text not in found.examples:
             found.examples.append(text)
     return dict(sorted(entries.items()))
@@ -126,7 +126,7 @@ def _parse_sources() -> Iterator[tuple[Path, ast.Module]]:
                 yield file, ast.parse(file.read_text(encoding="utf-8"))
 
 
-def _find_raised(tree: ast.Module) -> Iterator[tuple[str, str, Message | None]]:
+def _find_raise_calls(tree: ast.Module) -> Iterator[tuple[str, str, Message | None]]:
     constants = _find_assignments(ast.Module([node for node in tree.body if isinstance(node, ast.Assign)], []))
     for scope in [tree, *(node for node in ast.walk(tree) if isinstance(node, ast.FunctionDef))]:
         assignments = constants + _find_assignments(scope)

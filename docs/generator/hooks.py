@@ -14,12 +14,12 @@ from docs.generator.browser_files import list_browser_files
 from docs.generator.command_pages import list_command_pages
 from docs.generator.error_pages import list_error_pages
 from docs.generator.notebook_pages import list_notebook_pages
-from docs.generator.outside_pages import DOCS, find_outside_pages, read_outside_page, rewrite_links
-from docs.generator.part_pages import list_part_pages
+from docs.generator.plugin_pages import list_plugin_pages
+from docs.generator.repository_pages import DOCS, find_repository_pages, read_repository_page, rewrite_links
 
 PAGES: dict[str, Callable[[], Iterator[tuple[str, str | bytes]]]] = {
     "browser": list_browser_files,
-    "reference": list_part_pages,
+    "reference": list_plugin_pages,
     "reference/api": list_api_pages,
     "reference/commands": list_command_pages,
     "reference/errors": list_error_pages,
@@ -39,13 +39,13 @@ BOOSTS = {
 
 GUIDE_BOOST = 2.0
 
-_places = find_outside_pages()
+_site_paths = find_repository_pages()
 
 
 def on_files(files: Files, config: MkDocsConfig) -> Files:
     """Add the generated pages, and those of files outside of docs/."""
-    for source, place in _places.items():
-        files.append(File.generated(config, place, content=read_outside_page(source)))
+    for source, site_path in _site_paths.items():
+        files.append(File.generated(config, site_path, content=read_repository_page(source)))
     for folder, list_pages in PAGES.items():
         for name, content in list_pages():
             files.append(File.generated(config, f"{folder}/{name}", content=content))
@@ -54,8 +54,8 @@ def on_files(files: Files, config: MkDocsConfig) -> Files:
 
 def on_page_markdown(markdown: str, page: Page, **_: Any) -> str:
     """Return a page whose links lead to the pages of the site."""
-    place = page.file.src_uri
-    boost = next((boost for start, boost in BOOSTS.items() if place.startswith(start)), GUIDE_BOOST)
+    site_path = page.file.src_uri
+    boost = next((boost for start, boost in BOOSTS.items() if site_path.startswith(start)), GUIDE_BOOST)
     page.meta.setdefault("search", {"boost": boost})
-    source = next((source for source, each in _places.items() if each == place), f"{DOCS}/{place}")
-    return rewrite_links(markdown, source, place, _places)
+    source = next((source for source, each in _site_paths.items() if each == site_path), f"{DOCS}/{site_path}")
+    return rewrite_links(markdown, source, site_path, _site_paths)

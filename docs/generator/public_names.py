@@ -23,7 +23,7 @@ def list_public_names(module: str) -> list[str]:
     return [name for name in names if not name.startswith("_")]
 
 
-def is_ours(value: Any) -> bool:
+def is_defined_in_robotcore(value: Any) -> bool:
     """Return whether robotcore defines a class or a function."""
     return str(getattr(value, "__module__", "")).partition(".")[0] == "robotcore"
 

@@ -75,7 +75,7 @@ class RaspberryPiBackend(HardwareBackend):
         if self.needs_world:  # virtual pins have no wires
             return super().plan_loopback(request)
         self._require_kernel()
-        from drivers.raspberrypi.loopback.pi_test import PiLoopbackTest
+        from drivers.raspberrypi.loopback.raspberry_pi import PiLoopbackTest
 
         if not self.is_installed:
             raise BackendMissingError(f"the loopback test needs {' and '.join(self.modules)}. {ON_THE_PI}")

@@ -11,7 +11,7 @@ import click
 
 from robotcore.cli.options import backend_option, host_option, merge_options, port_option, refuse_without
 from robotcore.cli.output import write_content, write_finding, write_line
-from robotcore.cli.output_files import require_distinct
+from robotcore.cli.output_files import require_no_input
 from robotcore.errors import UsageError
 from robotcore.files import replace_file
 from robotcore.text import pluralize
@@ -139,7 +139,7 @@ def export(robot: str, file_format: str, world: str | None, seed: int | None, ou
     from robotcore.description import is_own, load_robot
     from robotcore.simulation.export import export_model, prepare_world
 
-    require_distinct("--output", output, *(name for name in (robot, world) if name and is_own(name)))
+    require_no_input("--output", output, *(name for name in (robot, world) if name and is_own(name)))
     robot_description, world_description = load_robot(robot), None
     if world is not None:
         robot_description, world_description = prepare_world(robot_description, world, seed)

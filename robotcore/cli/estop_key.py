@@ -38,11 +38,11 @@ def can_listen() -> bool:
     return _is_in_foreground(sys.stdin.fileno())
 
 
-MISSING_KEY = "the space bar is no e-stop on this operating system. Ctrl-C ends the run and stops the motors"
+NO_ESTOP_KEY_NOTE = "the space bar is no e-stop on this operating system. Ctrl-C ends the run and stops the motors"
 """The note of a run in a terminal whose keys this module cannot read."""
 
 
-def is_key_missing() -> bool:
+def is_estop_key_missing() -> bool:
     """Return whether a person sits at a terminal, but this operating system has no terminals of POSIX."""
     return not HAS_POSIX and sys.stdin is not None and not sys.stdin.closed and sys.stdin.isatty()
 

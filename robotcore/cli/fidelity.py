@@ -9,7 +9,7 @@ import click
 from robotcore.cli.command_classes import AnsweringCommand
 from robotcore.cli.options import backend_option, host_option, merge_options, parse_seconds, port_option
 from robotcore.cli.output import write, write_failure, write_json, write_line
-from robotcore.cli.output_files import require_distinct
+from robotcore.cli.output_files import require_no_input
 
 MISSED = 1
 """The exit status if a measure is above its bound."""
@@ -66,7 +66,7 @@ def command(
     from robotcore.view.page import require_writable
 
     bounds = [Bound.parse(text) for text in requirements]
-    require_distinct("--picture", picture, file, *filter(None, (robot, world)))
+    require_no_input("--picture", picture, file, *filter(None, (robot, world)))
     if picture:
         require_writable(picture)
     found = measure_fidelity(

@@ -20,7 +20,7 @@ if TYPE_CHECKING:
     from robotcore.runtime.result import RunResult
 
 
-def require_distinct(option: str, output: Path | None, *inputs: Path | str) -> None:
+def require_no_input(option: str, output: Path | None, *inputs: Path | str) -> None:
     """Raise UsageError if an output file is also an input of the command, even under another name.
 
     option: the option that names the output file.
@@ -49,7 +49,7 @@ def require_suffix(option: str, output: Path | None, suffixes: Collection[str]) 
         )
 
 
-def require_different(**outputs: Path | None) -> None:
+def require_distinct_outputs(**outputs: Path | None) -> None:
     """Raise UsageError if two outputs of a command are the same file, even under another name.
 
     outputs: the files by the names of their options, with ``_`` in place of ``-``. None is left out.
@@ -94,7 +94,7 @@ def write_junit(suites: Sequence[JUnitSuite], file: Path) -> None:
 def write_error_suite(file: Path | None, group: str, name: str, command: str, error: RobotcoreError) -> None:
     """Write a JUnit file with an error, so that a CI server shows it. If the file cannot be written, print that.
 
-    file: the JUnit file; None for none.
+    file: the JUnit file; None writes no file.
     group, name: the group and the name of the test case.
     command: the command line that repeats it.
     """
@@ -108,7 +108,7 @@ def write_error_suite(file: Path | None, group: str, name: str, command: str, er
 
 
 @contextmanager
-def report_error(file: Path | None, group: str, name: str, command: str) -> Iterator[None]:
+def write_error_suite_on_failure(file: Path | None, group: str, name: str, command: str) -> Iterator[None]:
     """Call `write_error_suite` if the ``with`` block raises RobotcoreError."""
     try:
         yield
@@ -146,7 +146,7 @@ def build_recorder(
         }
         refuse_without("a recording", "Add --record FILE.mcap", **given)
         return None
-    require_distinct("--record", file, *options.values())
+    require_no_input("--record", file, *options.values())
     from robotcore.recording.mcap_file import require_recordable
     from robotcore.recording.recorder import Recorder
 

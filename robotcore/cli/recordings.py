@@ -14,11 +14,11 @@ from robotcore.cli.options import parse_pair, refuse_without
 from robotcore.cli.output import redirect_prints, write, write_json, write_line
 from robotcore.cli.output_files import (
     finish_recording,
-    report_error,
-    require_different,
-    require_distinct,
+    require_distinct_outputs,
     require_junit_file,
+    require_no_input,
     require_suffix,
+    write_error_suite_on_failure,
     write_junit,
 )
 from robotcore.errors import Interrupted, UsageError
@@ -92,7 +92,7 @@ def compare(first: Path, second: Path, picture: Path | None, *, as_json: bool) -
     from robotcore.view.comparison_view import format_comparison
     from robotcore.view.page import require_writable
 
-    require_distinct("--picture", picture, first, second)
+    require_no_input("--picture", picture, first, second)
     if picture:
         require_writable(picture)
     comparison = Comparison(RunSummary(str(first), read(first)), RunSummary(str(second), read(second)))
@@ -176,8 +176,8 @@ def replay(
     from robotcore.view.page import require_writable
 
     for option, output in (("--picture", picture), ("--record", record), ("--junit", junit)):
-        require_distinct(option, output, file)
-    require_different(picture=picture, record=record, junit=junit)
+        require_no_input(option, output, file)
+    require_distinct_outputs(picture=picture, record=record, junit=junit)
     require_junit_file(junit)
     _require_recordable(record, is_forced=is_forced)
     if picture:
@@ -185,7 +185,7 @@ def replay(
     options = [*(f"--app={name}" for name in filter(None, [app])), *(f"--set={key}={value}" for key, value in settings)]
     options += ["--require-equal"] if must_be_equal else []
     line = shlex.join(["robotcore", "replay", *options, str(file)])
-    with report_error(junit, "replay", str(file), line):
+    with write_error_suite_on_failure(junit, "replay", str(file), line):
         recording = read(file)
         recorder = ReplayRecorder(record, recording) if record else None
         with redirect_prints(as_json=as_json):
@@ -211,7 +211,7 @@ def replay(
 def _require_valid_outputs(file: Path, picture: Path | None, table: Path | None, video: Path | None) -> None:
     table_file = table / f"{file.stem}.csv" if table and table.is_dir() else table
     for option, output in (("--picture", picture), ("--csv", table_file), ("--video", video)):
-        require_distinct(option, output, file)
+        require_no_input(option, output, file)
     require_suffix("--csv", table, (".csv",))
     require_suffix("--video", video, (".mp4", ".avi"))
 

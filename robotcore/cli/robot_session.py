@@ -203,7 +203,7 @@ class RobotSession:
         Raises the errors of `robotcore.open`.
         """
         self.note_simulated_file()
-        from robotcore.cli.estop_key import MISSING_KEY, EmergencyStopKey, can_listen, is_key_missing
+        from robotcore.cli.estop_key import NO_ESTOP_KEY_NOTE, EmergencyStopKey, can_listen, is_estop_key_missing
         from robotcore.interactive.live_app import LiveApp
         from robotcore.interactive.opening import LONGEST_S, open_request
         from robotcore.runtime.request import RunRequest
@@ -224,8 +224,8 @@ class RobotSession:
             live = stack.enter_context(open_request(request, [key] if key else []))
             if key and (hint := key.get_hint()):
                 write_line(f"{hint} every motor", is_error=True)
-            if is_key_missing():
-                write_line(f"note: {MISSING_KEY}", is_error=True)
+            if is_estop_key_missing():
+                write_line(f"note: {NO_ESTOP_KEY_NOTE}", is_error=True)
             self.person.check = live.require_running
             yield live
 

@@ -271,7 +271,7 @@ def _run(
     has_estop_key: bool,
     has_driving_keys: bool,
 ) -> RunResult:
-    from robotcore.cli.estop_key import MISSING_KEY, EmergencyStopKey, can_listen, is_key_missing
+    from robotcore.cli.estop_key import NO_ESTOP_KEY_NOTE, EmergencyStopKey, can_listen, is_estop_key_missing
     from robotcore.runtime.session import RunRequest, run
 
     with ExitStack() as stack:
@@ -294,8 +294,8 @@ def _run(
         observers: list[Observer] = [each for each in listening if each]
         taps = [each.layer for each in (recorder, profiler, server) if each]
         result = run(RunRequest(**_build_request_fields(**values)), observers, taps, on_forced_exit=on_forced_exit)
-        if has_estop_key and is_key_missing():
-            result = replace(result, notes=[*result.notes, MISSING_KEY])
+        if has_estop_key and is_estop_key_missing():
+            result = replace(result, notes=[*result.notes, NO_ESTOP_KEY_NOTE])
         if server and server.failure:
             write_failure(f"Foxglove got only a part of the run: {server.failure}. Report it as a bug")
         return result

@@ -12,7 +12,7 @@ import click
 from robotcore.cli.command_classes import AnsweringCommand
 from robotcore.cli.options import FolderType, parse_count, parse_names, parse_seconds, run_options
 from robotcore.cli.output import redirect_prints, write_line
-from robotcore.cli.output_files import report_error, require_junit_file, write_error_suite, write_junit
+from robotcore.cli.output_files import require_junit_file, write_error_suite, write_error_suite_on_failure, write_junit
 from robotcore.cli.sweep_output import show_resumed, show_sweep
 from robotcore.errors import BackendError, Interrupted, RobotcoreError, UsageError
 from robotcore.files import require_writable, save_output
@@ -142,7 +142,7 @@ def command(
     engine = _make_engine(cluster, jobs, wall_timeout_s, backends)
     results = Results(sweep, out, deletes_old_results=fresh)
     app = str(values["app"])
-    with report_error(junit, "sweep", app, line), redirect_prints(as_json=as_json):
+    with write_error_suite_on_failure(junit, "sweep", app, line), redirect_prints(as_json=as_json):
         has_verify = preflight(sweep)
         ended_by: Interrupted | RobotcoreError | None = _execute_missing_runs(results, engine, is_quiet=as_json)
     written: list[str] = []
@@ -247,10 +247,10 @@ def _write_outputs(
         write_junit(build_suites(results, bounds, line), junit)
         yield f"The JUnit file: {junit}"
     if badge:
-        from robotcore.sweep.badge import describe_badge, draw_badge
+        from robotcore.sweep.badge import build_badge_text, draw_badge
         from robotcore.sweep.statistics import group_records
 
-        text = describe_badge(results.sweep.request.app_reference, group_records(results.records()), bounds)
+        text = build_badge_text(results.sweep.request.app_reference, group_records(results.records()), bounds)
         save_output(draw_badge(text), badge, BADGE)
         yield f"The badge: {badge}"
 

@@ -26,7 +26,7 @@ from robotcore.errors import DescriptionError, UnknownNameError, UsageError
 from robotcore.hal.backend import load_backend
 from robotcore.plugins import app_names
 from robotcore.runtime.apps import app_name, is_app_file, load_app
-from robotcore.runtime.plan import refuse_lockstep, require_rate
+from robotcore.runtime.plan import require_no_lockstep, require_rate
 from robotcore.runtime.settings import configure
 from robotcore.sweep.spec import parse_seeds
 from robotcore.sweep.statistics import Requirement
@@ -337,7 +337,7 @@ def _require_valid(project: Project) -> None:
     deploy = project.deploy
     require_rate(deploy.rate_hz)
     if deploy.rt:
-        refuse_lockstep(load_backend(deploy.backend))
+        require_no_lockstep(load_backend(deploy.backend))
     load_backend(deploy.backend)
     if not is_app_file(project.app):  # a user's file is not imported here, so its settings are not checked
         if app_name(project.app) not in app_names():

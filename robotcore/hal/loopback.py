@@ -23,7 +23,7 @@ class Verdict(str, Enum):
 class RuleResult:
     """The result of one rule of a loopback test.
 
-    >>> result = RuleResult.judge("stop-command", "1.2 ms", "at most 50 ms", is_met=True, worst_ms=1.2)
+    >>> result = RuleResult.from_measurement("stop-command", "1.2 ms", "at most 50 ms", is_met=True, worst_ms=1.2)
     >>> result.verdict.value, result.values
     ('passed', {'worst_ms': 1.2})
     """
@@ -41,7 +41,7 @@ class RuleResult:
     """The measured numbers by their names, which end in the unit."""
 
     @classmethod
-    def judge(
+    def from_measurement(
         cls, rule: str, measured: str, bound: str, *, is_met: bool, reason: str = "", **values: float
     ) -> RuleResult:
         """Return the result of a rule that was measured. A rule that is met has no reason."""

@@ -115,7 +115,7 @@ class Plan:
         _require_window(request, backend)
         if request.has_real_time_priority:
             require_real_time()
-            refuse_lockstep(backend)
+            require_no_lockstep(backend)
         builds_world = backend.builds_world(description)
         _require_randomisable(request, backend, builds_world=builds_world)
         world, drawn = _load_world(request, description, builds_world=builds_world)
@@ -195,7 +195,7 @@ def _require_window(request: RunRequest, backend: Backend) -> None:
         )
 
 
-def refuse_lockstep(backend: Backend) -> None:
+def require_no_lockstep(backend: Backend) -> None:
     """Raise UsageError if real-time priority has no effect on a backend."""
     if Capability.LOCKSTEP in backend.capabilities:
         raise UsageError(

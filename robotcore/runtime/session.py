@@ -415,7 +415,7 @@ class RunSession:
 
     def _drop_real_time(self) -> None:
         if self._real_time:
-            self._real_time.drop()
+            self._real_time.drop_priority_of_run()
 
     def _end_after_hang(self, error: RobotcoreError) -> None:
         """End the process after the watchdog has stopped the motors, because the run's thread still hangs."""

@@ -82,12 +82,12 @@ def find_priorities() -> tuple[Priorities | None, str]:
     _raise_soft_limit(resource.RLIMIT_RTPRIO)
     limit = resource.getrlimit(resource.RLIMIT_RTPRIO)[0]
     for stop in dict.fromkeys((STOP_PRIORITY, min(limit, STOP_PRIORITY))):
-        if stop >= 2 and _may_have(stop):
+        if stop >= 2 and _is_priority_granted(stop):
             return Priorities(max(1, stop - (STOP_PRIORITY - TICK_PRIORITY)), stop), ""
     return None, f"--rt: no real-time priority, because the limit RTPRIO of this user is {limit}. {REMEDY}"
 
 
-def _may_have(priority: int) -> bool:
+def _is_priority_granted(priority: int) -> bool:
     own_policy = read_policy()
     try:
         set_priority(0, priority)
@@ -142,7 +142,7 @@ def lock_memory() -> str:
     memlock = getattr(resource, "RLIMIT_MEMLOCK", memlock)
     _raise_soft_limit(memlock)
     limit = resource.getrlimit(memlock)[0]
-    if limit != resource.RLIM_INFINITY and not _may_lock_memory():
+    if limit != resource.RLIM_INFINITY and not _has_lock_right():
         return f"--rt: the memory is not locked, because the limit MEMLOCK of this user is {limit >> 10} KB. {REMEDY}"
     libc = ctypes.CDLL(None, use_errno=True)
     if libc.mlockall(_ALL_MEMORY):
@@ -157,7 +157,7 @@ def unlock_memory() -> None:
     ctypes.CDLL(None).munlockall()
 
 
-def _may_lock_memory() -> bool:
+def _has_lock_right() -> bool:
     lines = Path("/proc/self/status").read_text(encoding="utf-8").splitlines()
     rights = next((int(line.split()[1], 16) for line in lines if line.startswith("CapEff:")), 0)
     return bool(rights & _MAY_LOCK)
@@ -221,7 +221,7 @@ class RealTimeTicks:
             try:
                 resource.setrlimit(resource.RLIMIT_RTTIME, limits)
             except (OSError, ValueError):  # only root may raise the hard limit again
-                resource.setrlimit(resource.RLIMIT_RTTIME, (_least(limits[0], hard), hard))
+                resource.setrlimit(resource.RLIMIT_RTTIME, (_find_lower_limit(limits[0], hard), hard))
             signal.signal(signal.SIGXCPU, handler)
 
     def _set_priority(self, thread: int, priority: int) -> None:
@@ -238,11 +238,11 @@ class RealTimeTicks:
         import resource
 
         limits = resource.getrlimit(resource.RLIMIT_RTTIME)
-        self._before = signal.signal(signal.SIGXCPU, self.drop), limits
-        hard = _least(limits[1], int(KILL_S * 1e6))
-        resource.setrlimit(resource.RLIMIT_RTTIME, (_least(int(HANG_S * 1e6), hard), hard))
+        self._before = signal.signal(signal.SIGXCPU, self.drop_priority_of_run), limits
+        hard = _find_lower_limit(limits[1], int(KILL_S * 1e6))
+        resource.setrlimit(resource.RLIMIT_RTTIME, (_find_lower_limit(int(HANG_S * 1e6), hard), hard))
 
-    def drop(self, *_: object) -> None:
+    def drop_priority_of_run(self, *_: object) -> None:
         """Return to the normal priority for the rest of the run, and report it. Any thread may call it."""
         if self._threads:
             self._drop_priorities()
@@ -252,12 +252,12 @@ class RealTimeTicks:
             )
 
 
-def _least(first: int, second: int) -> int:
+def _find_lower_limit(first: int, second: int) -> int:
     limits: Iterable[int] = (limit for limit in (first, second) if limit >= 0)  # -1 is no limit
     return min(limits, default=-1)
 
 
-def read_real_time() -> dict[str, int]:
+def read_priority_and_locked_memory() -> dict[str, int]:
     """Return the real-time priority of this thread, 0 for the normal one, and the locked memory of the process in KB.
 
     Another system than Linux has neither.

@@ -33,7 +33,7 @@ class BadgeText(NamedTuple):
     colour: str
 
 
-def describe_badge(app: str, groups: Sequence[Group], requirements: Sequence[Requirement]) -> BadgeText:
+def build_badge_text(app: str, groups: Sequence[Group], requirements: Sequence[Requirement]) -> BadgeText:
     """Return what a badge says about a sweep.
 
     app: the name or the file of the app.

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from robotcore.compatibility import read_version
-from robotcore.junit import JUnitCase, JUnitSuite, Problem, Verdict
+from robotcore.junit import JUnitCase, JUnitSuite, Problem, ProblemElement
 from robotcore.runtime.apps import app_path
 from robotcore.runtime.result import Outcome
 from robotcore.sweep.record import GroupKey, Record, classify_failure, format_failure
@@ -81,10 +81,12 @@ def _find_problem(record: Record, measures: str, *, is_allowed: bool) -> Problem
     if not record.is_failure:
         return None
     result, cause = record.result, format_failure(record)
-    verdict = Verdict.ERROR if result.outcome is Outcome.ERROR else Verdict.FAILURE
+    verdict = ProblemElement.ERROR if result.outcome is Outcome.ERROR else ProblemElement.FAILURE
     details = f"{cause}\n\nSeed {result.seed}: {measures}\nRepeat the run: {record.command}"
     if is_allowed:
-        return Problem(Verdict.SKIPPED, classify_failure(result), f"allowed by the requirements: {cause}", details)
+        return Problem(
+            ProblemElement.SKIPPED, classify_failure(result), f"allowed by the requirements: {cause}", details
+        )
     return Problem(verdict, classify_failure(result), cause, details)
 
 
@@ -92,5 +94,5 @@ def _build_gate_case(requirement: Requirement, group: Group, name: str, key: Gro
     problem, output = None, f"{requirement.measure} is {requirement.format_value(group)}, required {requirement}"
     if not requirement.is_met_by(group):
         miss = format_miss(requirement, group)
-        problem = Problem(Verdict.FAILURE, GATE, miss, f"{miss}\n\nRepeat the sweep: {command}")
+        problem = Problem(ProblemElement.FAILURE, GATE, miss, f"{miss}\n\nRepeat the sweep: {command}")
     return JUnitCase(name, f"{requirement} {key}", problem=problem, output=output)

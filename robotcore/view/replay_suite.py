@@ -6,7 +6,7 @@ from pathlib import Path
 
 from robotcore.compatibility import read_version
 from robotcore.errors import RobotcoreError
-from robotcore.junit import JUnitCase, JUnitSuite, Problem, Verdict, build_error_problem
+from robotcore.junit import JUnitCase, JUnitSuite, Problem, ProblemElement, build_error_problem
 from robotcore.recording.replay import Evaluation, ReplayResult
 from robotcore.view.text import list_differences, list_findings
 
@@ -42,4 +42,4 @@ def _find_problem(replay: ReplayResult | Evaluation, findings: str, command: str
         message = deviation.lines[0]
     elif isinstance(replay, ReplayResult):
         kind, message = CHANGED, "the recording was changed after the run"
-    return Problem(Verdict.FAILURE, kind, message, f"{findings}\n\nRepeat the command: {command}")
+    return Problem(ProblemElement.FAILURE, kind, message, f"{findings}\n\nRepeat the command: {command}")

@@ -12,7 +12,7 @@ from typing import Any
 
 import click
 
-from docs.generator.public_names import MODULES, is_ours, list_public_names
+from docs.generator.public_names import MODULES, is_defined_in_robotcore, list_public_names
 from robotcore import errors
 from robotcore.cli.main import robotcore as command_line
 from robotcore.description import RobotDescription, WorldDescription
@@ -110,7 +110,7 @@ def _list_members(value: type) -> list[str]:
     members = {
         name: member
         for base in reversed(value.__mro__)
-        if is_ours(base)
+        if is_defined_in_robotcore(base)
         for name, member in ({**vars(base).get("__annotations__", {}), **vars(base)}).items()
     }
     hooks = {

@@ -19,7 +19,7 @@ from tests.compatibility.make_corpus import SOURCES
 of_all_versions = pytest.mark.parametrize("version", VERSIONS)
 
 
-class Every:
+class Everything:
     """A collection that contains everything."""
 
     def __contains__(self, _: object) -> bool:
@@ -45,7 +45,7 @@ def test_a_map_is_read(version: str) -> None:
 @of_all_versions
 def test_the_results_of_a_sweep_are_read(version: str) -> None:
     file = HERE / version / "sweep" / "results.jsonl"
-    records = list(read_results(file, Every()))
+    records = list(read_results(file, Everything()))
     assert [record.result.seed for record in records] == [1, 2, 3]
     assert {record.result.outcome.value for record in records} == {"success"}
 

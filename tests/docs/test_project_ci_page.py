@@ -12,7 +12,7 @@ import yaml
 
 from robotcore.cli.scaffold import PROJECT, make
 from robotcore.junit import JUnitSuite
-from robotcore.sweep.badge import describe_badge, draw_badge
+from robotcore.sweep.badge import build_badge_text, draw_badge
 from robotcore.sweep.junit import build_suites
 from robotcore.sweep.statistics import Requirement, group_records, wilson
 from tests.docs.listings import CODE, list_listings, read_rows
@@ -63,7 +63,7 @@ def test_the_names_of_the_test_cases_are_those_of_a_sweep(tmp_path: Path) -> Non
 
 def test_the_picture_is_a_badge_of_this_version() -> None:
     records = [make_record(seed=seed) for seed in range(50)]
-    text = describe_badge("search.py", group_records(records), [Requirement.parse("verified>=0.95")])
+    text = build_badge_text("search.py", group_records(records), [Requirement.parse("verified>=0.95")])
     content = (ROOT / "docs" / "images" / "badge.svg").read_bytes()
     assert content == draw_badge(text)
     assert f"![{text.label}, {text.message}]" in PAGE

@@ -4,7 +4,7 @@ from datetime import datetime, timedelta, timezone
 
 import pytest
 
-from robotcore.junit import JUnitCase, JUnitSuite, Problem, Verdict, format_junit
+from robotcore.junit import JUnitCase, JUnitSuite, Problem, ProblemElement, format_junit
 from tests.robotcore.junit_schema import read_junit
 
 
@@ -12,7 +12,7 @@ def test_suites_have_the_form_and_the_counts_that_readers_expect() -> None:
     cases = [JUnitCase("search.open", "fine", 1.25, output="all is well")]
     cases += [
         JUnitCase("search.open", verdict.value, 0.5, Problem(verdict, "timeout", "too late", "a\nb"))
-        for verdict in Verdict
+        for verdict in ProblemElement
     ]
     date = datetime(2026, 11, 25, 1, 30, tzinfo=timezone(timedelta(hours=1)))
     root = read_junit(format_junit([JUnitSuite("one", cases, {"robot": "rover"}, date), JUnitSuite("two", [])]))
@@ -45,7 +45,7 @@ def test_suites_have_the_form_and_the_counts_that_readers_expect() -> None:
     ],
 )
 def test_hostile_text_does_not_break_the_file(hostile: str, shown: str) -> None:
-    problem = Problem(Verdict.ERROR, hostile, hostile, f"{hostile}\nend")
+    problem = Problem(ProblemElement.ERROR, hostile, hostile, f"{hostile}\nend")
     case = JUnitCase(hostile, hostile, problem=problem, output=hostile)
     root = read_junit(format_junit([JUnitSuite(hostile, [case], {hostile: hostile})]))
     texts = [

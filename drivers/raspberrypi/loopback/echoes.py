@@ -102,13 +102,15 @@ def _measure(rule: str, distance: float, wires: Sequence[LoopbackWire], pins: An
         try:
             sensor = opened.enter_context(closing(driver.open(SONAR, build_context(wires, pins))))
         except DeviceError as error:
-            return RuleResult.judge(rule, "no echo", bound, is_met=False, reason=str(error).partition(": ")[2])
+            return RuleResult.from_measurement(
+                rule, "no echo", bound, is_met=False, reason=str(error).partition(": ")[2]
+            )
         pairs = _collect(sensor, module, pins.ticks)
     if not pairs:
-        return RuleResult.judge(rule, "no echo", bound, is_met=False, reason="Check both wires")
+        return RuleResult.from_measurement(rule, "no echo", bound, is_met=False, reason="Check both wires")
     errors = [abs(measured - true) for measured, true in pairs]
     median, worst = statistics.median(errors), max(errors)
-    return RuleResult.judge(
+    return RuleResult.from_measurement(
         rule,
         f"median error {median * 100:.2f} cm, worst {worst * 100:.2f} cm, of {len(pairs)} echoes",
         bound,

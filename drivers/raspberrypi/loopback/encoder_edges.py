@@ -19,7 +19,7 @@ from robotcore.kinds.encoder import Encoder, EncoderDescription
 RATES = (200, 1000, 4000)
 """The rates in edges per second. A disc of 20 slots on a wheel that turns twice a second has 80 or 160."""
 
-SURE_RATE = 1000
+LOSSLESS_EDGES_PER_S = 1000
 """Up to this rate no edge may be lost."""
 
 LOST_SHARE = 0.01
@@ -55,7 +55,7 @@ def _measure(
             _generate(outputs, edges, rate, pins.ticks)
             took_s = pins.ticks() - start
             counted = _wait_for(encoder, edges)
-        yield _judge(f"{kind}-{rate}", edges, counted, rate, edges / took_s)
+        yield _build_result(f"{kind}-{rate}", edges, counted, rate, edges / took_s)
 
 
 def _generate(outputs: Sequence[Any], edges: int, rate: float, now: Callable[[], float]) -> None:
@@ -81,10 +81,10 @@ def _wait_for(encoder: Encoder, edges: int) -> int:
         Event().wait(SPIN_S)
 
 
-def _judge(rule: str, edges: int, counted: int, rate: int, achieved: float) -> RuleResult:
-    most = 0 if rate <= SURE_RATE else math.floor(edges * LOST_SHARE)
+def _build_result(rule: str, edges: int, counted: int, rate: int, achieved: float) -> RuleResult:
+    most = 0 if rate <= LOSSLESS_EDGES_PER_S else math.floor(edges * LOST_SHARE)
     lost = edges - counted
-    return RuleResult.judge(
+    return RuleResult.from_measurement(
         rule,
         f"{lost} of {edges} edges lost, at {achieved:.0f} edges/s",
         f"at most {most} lost",

@@ -4,14 +4,14 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping
 
-from drivers.raspberrypi.loopback.child import Action, ChildRequest
+from drivers.raspberrypi.loopback.motor_program import Action, MotorProgramRequest
 from drivers.raspberrypi.loopback.processes import START_S, run_program
 from robotcore.errors import UnknownNameError, UsageError
 from robotcore.hal.loopback import LoopbackPerson, LoopbackRequest, RuleResult, Verdict
 from robotcore.kinds.motor import MotorDescription
 
 RULES = ("motor-direction", "motor-stop", "motor-deadman")
-LIFT = (
+LIFT_INSTRUCTION = (
     "Lift the robot so that its wheels turn freely, switch the motors' supply on, and stay beside its switch. The "
     "wheel of {motor} turns three times for a short time, at half speed"
 )
@@ -23,13 +23,13 @@ QUESTIONS: Mapping[str, tuple[str, Mapping[str, str]]] = {
         {"s": "at once", "l": "only after the 3 s", "n": "it turns still"},
     ),
 }
-GOOD = {"direction": "f", "stop": "y", "deadman": "s"}
+EXPECTED_ANSWERS = {"direction": "f", "stop": "y", "deadman": "s"}
 """The answer to each question if the motor works."""
 
 HANG_S = 2.9
 """The step of the app does not return for this time, in seconds: less than the watchdog's limit."""
 
-SHARE = 0.5
+VELOCITY_SHARE = 0.5
 REMEDY = {
     "direction": "Correct the wires, or the file: robotcore test-devices --write",
     "stop": "Switch the motors' supply off. Do not drive with this robot. Send the report",
@@ -60,7 +60,7 @@ def check_motor(
     if motor is None:
         yield from (RuleResult.skip(rule, "no robot was named. Add --robot FILE") for rule in RULES)
         return
-    if not person.confirm("lift", LIFT.format(motor=motor.name)):
+    if not person.confirm("lift", LIFT_INSTRUCTION.format(motor=motor.name)):
         yield from (RuleResult.skip(rule, "it was not confirmed that the wheels are in the air") for rule in RULES)
         return
     action: Action
@@ -71,16 +71,16 @@ def check_motor(
     ):
         write(f"{rule}: the wheel turns")
         duration_s = 1.5 if action == "drive" else 5.0
-        request = ChildRequest(
-            robot, motor.name, motor.max_velocity_rad_s * SHARE, action, duration_s=duration_s, hang_s=HANG_S
+        request = MotorProgramRequest(
+            robot, motor.name, motor.max_velocity_rad_s * VELOCITY_SHARE, action, duration_s=duration_s, hang_s=HANG_S
         )
         with run_program(request) as program:
             result = program.await_event("result", START_S + duration_s)
             failure = "" if result else program.describe_failure()
-        yield _judge(rule, topic, result, failure, person)
+        yield _build_result(rule, topic, result, failure, person)
 
 
-def _judge(
+def _build_result(
     rule: str, topic: str, result: Mapping[str, object] | None, failure: str, person: LoopbackPerson
 ) -> RuleResult:
     if result is None or result["exit_status"]:
@@ -89,6 +89,6 @@ def _judge(
     answer = person.choose(topic, question, choices)
     if answer is None:
         return RuleResult.skip(rule, "the question was skipped")
-    wanted = choices[GOOD[topic]]
-    verdict = Verdict.PASSED if answer == GOOD[topic] else Verdict.FAILED
+    wanted = choices[EXPECTED_ANSWERS[topic]]
+    verdict = Verdict.PASSED if answer == EXPECTED_ANSWERS[topic] else Verdict.FAILED
     return RuleResult(rule, verdict, choices[answer], wanted, "" if verdict is Verdict.PASSED else REMEDY[topic])

@@ -10,7 +10,7 @@ from typing import Any
 
 from drivers.raspberrypi.loopback.board import HZ, MAX_RAD_S, open_loopback_motor
 from drivers.raspberrypi.loopback.edges import Edge, EdgeRecorder
-from drivers.raspberrypi.loopback.spread import Spread
+from drivers.raspberrypi.loopback.percentiles import Percentiles
 from drivers.raspberrypi.loopback.wires import LoopbackWire
 from drivers.raspberrypi.pins import open_output
 from robotcore.hal.loopback import RuleResult
@@ -45,7 +45,7 @@ def measure_levels(wires: Sequence[LoopbackWire], pins: Any) -> Iterator[RuleRes
                 delays += [edge.time - commanded] if edge else []
                 Event().wait(PAUSE_S)
     total = TOGGLES * len(wires)
-    yield RuleResult.judge(
+    yield RuleResult.from_measurement(
         "levels",
         f"{errors} of {total} levels wrong",
         "0 wrong",
@@ -54,20 +54,20 @@ def measure_levels(wires: Sequence[LoopbackWire], pins: Any) -> Iterator[RuleRes
         wrong=errors,
         levels=total,
     )
-    yield _judge_latency("output-latency", delays, LATENCY_BOUND_S)
+    yield _build_latency_result("output-latency", delays, LATENCY_BOUND_S)
 
 
-def _judge_latency(rule: str, delays: Sequence[float], bound_s: float) -> RuleResult:
+def _build_latency_result(rule: str, delays: Sequence[float], bound_s: float) -> RuleResult:
     if not delays:
         return RuleResult.skip(rule, "no edge was seen")
-    spread = Spread.of(delays)
-    return RuleResult.judge(
+    percentiles = Percentiles.from_durations(delays)
+    return RuleResult.from_measurement(
         rule,
-        str(spread),
+        str(percentiles),
         f"worst at most {bound_s * 1e3:g} ms",
-        is_met=spread.worst <= bound_s,
+        is_met=percentiles.worst <= bound_s,
         reason="End other programs on the Pi",
-        **spread.values,
+        **percentiles.values,
     )
 
 
@@ -89,26 +89,26 @@ def measure_pwm(wires: Sequence[LoopbackWire], pins: Any) -> Iterator[RuleResult
             edges = [edge for edge in seen.edges if edge.time >= commanded]
             motor.stop()
             Event().wait(2 / HZ)
-            yield _judge_pwm(f"pwm-duty-{duty:.0%}".rstrip("%"), duty, edges, len(other.edges))
+            yield _build_pwm_result(f"pwm-duty-{duty:.0%}".rstrip("%"), duty, edges, len(other.edges))
             seen.edges.clear()
     # A duty takes effect with the next cycle of the PWM.
-    yield _judge_latency("motor-latency", delays, 1 / HZ + LATENCY_BOUND_S)
+    yield _build_latency_result("motor-latency", delays, 1 / HZ + LATENCY_BOUND_S)
 
 
-def _judge_pwm(rule: str, duty: float, edges: Sequence[Edge], others: int) -> RuleResult:
+def _build_pwm_result(rule: str, duty: float, edges: Sequence[Edge], others: int) -> RuleResult:
     rises = [edge.time for edge in edges if edge.is_high]
     bound = f"{duty:.0%} ± {DUTY_BOUND:.0%}, {HZ:g} Hz ± {FREQUENCY_BOUND:.0%}, 0 edges backward"
     if len(rises) < 3:
-        return RuleResult.judge(
+        return RuleResult.from_measurement(
             rule, f"{len(edges)} edges", bound, is_met=False, reason="Check wire 1", edges=len(edges)
         )
     whole = [edge for edge in edges if rises[0] <= edge.time <= rises[-1]]
     high_s = sum(after.time - before.time for before, after in pairwise(whole) if before.is_high)
     total_s = rises[-1] - rises[0]
     share, frequency = high_s / total_s, (len(rises) - 1) / total_s
-    periods = Spread.of(abs(after - before - 1 / HZ) for before, after in pairwise(rises))
+    periods = Percentiles.from_durations(abs(after - before - 1 / HZ) for before, after in pairwise(rises))
     is_met = abs(share - duty) <= DUTY_BOUND and abs(frequency / HZ - 1) <= FREQUENCY_BOUND and not others
-    return RuleResult.judge(
+    return RuleResult.from_measurement(
         rule,
         f"{share:.1%}, {frequency:.2f} Hz, {others} edges backward; a period is off by {periods}",
         bound,

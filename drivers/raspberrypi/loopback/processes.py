@@ -13,7 +13,7 @@ from dataclasses import asdict
 from queue import Empty, SimpleQueue
 from typing import Any, ClassVar
 
-from drivers.raspberrypi.loopback.child import ChildRequest
+from drivers.raspberrypi.loopback.motor_program import MotorProgramRequest
 from robotcore.threads import start_thread
 
 START_S = 60.0
@@ -36,9 +36,9 @@ class LoopbackProgram:
     events: its events, in order.
     """
 
-    command: ClassVar[list[str]] = [sys.executable, "-m", "drivers.raspberrypi.loopback.child"]
+    command: ClassVar[list[str]] = [sys.executable, "-m", "drivers.raspberrypi.loopback.motor_program"]
 
-    def __init__(self, request: ChildRequest) -> None:
+    def __init__(self, request: MotorProgramRequest) -> None:
         self._process = subprocess.Popen(  # noqa: S603  our own
             [*self.command, json.dumps(asdict(request))],
             stdin=subprocess.DEVNULL,
@@ -79,9 +79,9 @@ class LoopbackProgram:
                 if isinstance(event, dict) and event.get("event") == name:
                     return event
 
-    def send(self, number: int) -> None:
+    def send_signal(self, signal_number: int) -> None:
         """Send a signal."""
-        self._process.send_signal(number)
+        self._process.send_signal(signal_number)
 
     def describe_failure(self) -> str:
         """Return the last line that the program wrote on standard error, after its end."""
@@ -92,7 +92,7 @@ class LoopbackProgram:
     def end(self) -> None:
         """End the program: by SIGTERM, and after a time by SIGKILL. Its guardian then stops the motor."""
         if self._process.poll() is None:
-            self.send(signal.SIGTERM)
+            self.send_signal(signal.SIGTERM)
         try:
             self._process.wait(END_S)
         except BaseException as error:  # a second signal must not leave the program running
@@ -107,7 +107,7 @@ class LoopbackProgram:
 
 
 @contextmanager
-def run_program(request: ChildRequest) -> Iterator[LoopbackProgram]:
+def run_program(request: MotorProgramRequest) -> Iterator[LoopbackProgram]:
     """Run a program during the block."""
     program = LoopbackProgram(request)
     try:
@@ -117,7 +117,7 @@ def run_program(request: ChildRequest) -> Iterator[LoopbackProgram]:
 
 
 @contextmanager
-def put_load() -> Iterator[int]:
+def load_processors() -> Iterator[int]:
     """Keep every processor busy during the block. Yield the number of programs that do so."""
     count = len(os.sched_getaffinity(0))
     command = [sys.executable, "-S", "-c", LOAD]

@@ -10,8 +10,8 @@ from typing import Any, NamedTuple
 
 from drivers.raspberrypi.cutoff import RELEASE_S
 from drivers.raspberrypi.loopback.board import MAX_RAD_S, MOTOR, write_loopback_robot
-from drivers.raspberrypi.loopback.child import Action, ChildRequest
 from drivers.raspberrypi.loopback.edges import EdgeRecorder
+from drivers.raspberrypi.loopback.motor_program import Action, MotorProgramRequest
 from drivers.raspberrypi.loopback.processes import LoopbackProgram, run_program
 from drivers.raspberrypi.loopback.ticks import compute_lease
 from drivers.raspberrypi.loopback.wires import LoopbackWire
@@ -34,7 +34,7 @@ class StopWay(NamedTuple):
     action: Action
     bound_s: float
     """The promised time from the event until the pin is low: docs/safety.md."""
-    number: int = 0
+    signal_number: int = 0
     """The signal that this test sends; 0 for none."""
 
 
@@ -65,7 +65,7 @@ def measure_stops(wires: Sequence[LoopbackWire], folder: Path, write: Callable[[
 
 def _measure(way: StopWay, robot: str, wires: Sequence[LoopbackWire], pins: Any) -> RuleResult:
     is_repeated = way.action in ("stop", "hang")  # in one program
-    request = ChildRequest(
+    request = MotorProgramRequest(
         robot, MOTOR, MAX_RAD_S, way.action, trials=TRIALS if is_repeated else 1, rate_hz=RATE_HZ, rest_after_s=0.5
     )
     times: list[float | None] = []
@@ -74,37 +74,39 @@ def _measure(way: StopWay, robot: str, wires: Sequence[LoopbackWire], pins: Any)
             with run_program(request) as program:
                 if program.await_event("driving") is None:
                     return RuleResult.skip(way.rule, f"the run failed: {program.describe_failure()}")
-                if not _turns(forward, pins):
+                if not _is_turning(forward, pins):
                     return RuleResult.skip(way.rule, "the pin did not become high. Check wire 1")
                 times += [_stop_once(way, program, forward, pins) for _ in range(request.trials)]
         others = len(backward.edges)
-    return _judge(way, times, others)
+    return _build_result(way, times, others)
 
 
-def _turns(forward: EdgeRecorder, pins: Any) -> bool:
+def _is_turning(forward: EdgeRecorder, pins: Any) -> bool:
     return forward.is_high or forward.wait_for(is_high=True, since=pins.ticks(), timeout_s=2.0) is not None
 
 
 def _stop_once(way: StopWay, program: LoopbackProgram, forward: EdgeRecorder, pins: Any) -> float | None:
     """Stop the motor, and return the seconds until its pin was low; None if it was not low in time, or rose again."""
-    if way.number:
+    if way.signal_number:
         at = float(pins.ticks())
-        program.send(way.number)
+        program.send_signal(way.signal_number)
     else:
         event = program.await_event(way.action)
         if event is None:
             return None
         at = float(event["at"])
-    return forward.find_stop(at, at + (way.bound_s + AFTER_S if way.number or way.action == "block" else WINDOW_S))
+    return forward.find_stop(
+        at, at + (way.bound_s + AFTER_S if way.signal_number or way.action == "block" else WINDOW_S)
+    )
 
 
-def _judge(way: StopWay, times: Sequence[float | None], others: int) -> RuleResult:
+def _build_result(way: StopWay, times: Sequence[float | None], others: int) -> RuleResult:
     bound = f"at most {way.bound_s * 1e3:.0f} ms"
     low = [each for each in times if each is not None]
     worst = max(low, default=0.0)
     is_met = len(low) == len(times) and worst <= way.bound_s and not others
     still = f", {len(times) - len(low)} of {len(times)} times still high" if len(low) < len(times) else ""
-    return RuleResult.judge(
+    return RuleResult.from_measurement(
         way.rule,
         f"worst {worst * 1e3:.1f} ms of {len(times)}{still}",
         bound,

@@ -8,9 +8,9 @@ from pathlib import Path
 from typing import NamedTuple
 
 from drivers.raspberrypi.loopback.board import MAX_RAD_S, MOTOR, write_loopback_robot
-from drivers.raspberrypi.loopback.child import ChildRequest
-from drivers.raspberrypi.loopback.processes import START_S, put_load, run_program
-from drivers.raspberrypi.loopback.spread import Spread
+from drivers.raspberrypi.loopback.motor_program import MotorProgramRequest
+from drivers.raspberrypi.loopback.percentiles import Percentiles
+from drivers.raspberrypi.loopback.processes import START_S, load_processors, run_program
 from drivers.raspberrypi.loopback.wires import LoopbackWire
 from robotcore.description import Safety
 from robotcore.hal.loopback import RuleResult
@@ -27,27 +27,27 @@ RT_RULES = tuple(f"{rule}-rt" for rule in RULES)
 class Jitter(NamedTuple):
     """The jitter of a series of ticks."""
 
-    spread: Spread
-    """The spread of the differences between the time from tick to tick and the period."""
+    percentiles: Percentiles
+    """The differences between the time from tick to tick and the period, in seconds."""
     late_ticks: int
     """The number of ticks that began more than half a period late, after the one before."""
     ticks: int
 
     @classmethod
-    def of(cls, times: Sequence[float], rate_hz: float) -> Jitter:
+    def from_times(cls, times: Sequence[float], rate_hz: float) -> Jitter:
         """Return the jitter of ticks, by their beginnings in seconds.
 
-        >>> Jitter.of([0.0, 0.05, 0.101, 0.15], 20.0).late_ticks
+        >>> Jitter.from_times([0.0, 0.05, 0.101, 0.15], 20.0).late_ticks
         0
         """
-        return cls.of_runs([times], rate_hz)
+        return cls.from_runs([times], rate_hz)
 
     @classmethod
-    def of_runs(cls, runs: Iterable[Sequence[float]], rate_hz: float) -> Jitter:
+    def from_runs(cls, runs: Iterable[Sequence[float]], rate_hz: float) -> Jitter:
         """Return the jitter of the ticks of several runs."""
         period = 1 / rate_hz
         late = [after - before - period for times in runs for before, after in pairwise(times)]
-        return cls(Spread.of(map(abs, late)), sum(each > period / 2 for each in late), len(late))
+        return cls(Percentiles.from_durations(map(abs, late)), sum(each > period / 2 for each in late), len(late))
 
 
 def compute_lease(rate_hz: float) -> float:
@@ -67,7 +67,7 @@ def measure_ticks(
     robot = write_loopback_robot(wires, folder)
     for rate, rule in zip(RATES_HZ, RT_RULES if is_real_time else RULES, strict=True):
         write(f"{rule}: {duration_s:g} s at {rate} Hz, all processors busy")
-        request = ChildRequest(
+        request = MotorProgramRequest(
             str(robot),
             MOTOR,
             MAX_RAD_S / 2,
@@ -76,7 +76,7 @@ def measure_ticks(
             duration_s=duration_s,
             has_real_time_priority=is_real_time,
         )
-        with put_load() as load, run_program(request) as program:
+        with load_processors() as load, run_program(request) as program:
             ticks = program.await_event("ticks", START_S + duration_s)
             if ticks is None:
                 yield RuleResult.skip(rule, f"the run failed: {program.describe_failure()}")
@@ -87,25 +87,25 @@ def measure_ticks(
             yield RuleResult.skip(rule, " ".join(notes) or "the system grants no real-time priority")
             continue
         granted = {key: ticks[key] for key in ("priority", "locked_kb")} if is_real_time else {}
-        yield judge_jitter(rule, Jitter.of(ticks["times"], rate), rate, load_programs=load, **granted)
+        yield build_jitter_result(rule, Jitter.from_times(ticks["times"], rate), rate, load_programs=load, **granted)
 
 
-def judge_jitter(rule: str, jitter: Jitter, rate_hz: float, **values: float) -> RuleResult:
+def build_jitter_result(rule: str, jitter: Jitter, rate_hz: float, **values: float) -> RuleResult:
     """Return whether the deadman would not have stopped the motors, and few ticks were late."""
     period, worst_s = 1 / rate_hz, compute_lease(rate_hz) - 1 / rate_hz
     is_met = (
-        jitter.spread.p99 <= period / 2
-        and jitter.spread.worst < worst_s
+        jitter.percentiles.p99 <= period / 2
+        and jitter.percentiles.worst < worst_s
         and jitter.late_ticks <= LATE_SHARE * jitter.ticks
     )
-    return RuleResult.judge(
+    return RuleResult.from_measurement(
         rule,
-        f"{jitter.spread}, {jitter.late_ticks} of {jitter.ticks} ticks late by half a period",
+        f"{jitter.percentiles}, {jitter.late_ticks} of {jitter.ticks} ticks late by half a period",
         f"p99 at most {period / 2 * 1e3:g} ms, worst below {worst_s * 1e3:g} ms, {LATE_SHARE:.0%} late",
         is_met=is_met,
         reason="Run the app with --rt or a lower --rate, or end other programs",
         late_ticks=jitter.late_ticks,
         ticks=jitter.ticks,
-        **jitter.spread.values,
+        **jitter.percentiles.values,
         **values,
     )

@@ -115,7 +115,7 @@ def find_problem(wire: LoopbackWire, pins: Any, others: Iterable[int] = ()) -> s
     with ExitStack() as opened:
         source = _open_input(wire.output, pins, opened)
         target = _open_input(wire.input, pins, opened)
-        match _follow(source, target):
+        match _read_levels(source, target):
             case (True, False):
                 return ""
             case (True, True):
@@ -126,7 +126,7 @@ def find_problem(wire: LoopbackWire, pins: Any, others: Iterable[int] = ()) -> s
                 found = f"no wire connects {format_gpio(wire.output)} and {format_gpio(wire.input)}"
         for gpio in others:
             with suppress(DeviceError), ExitStack() as tried:
-                if _follow(source, _open_input(gpio, pins, tried)) == (True, False):
+                if _read_levels(source, _open_input(gpio, pins, tried)) == (True, False):
                     return f"{found}. The wire from {format_gpio(wire.output)} is on {format_gpio(gpio)}: move it"
         return f"{found}. Check both ends of wire {wire.number}"
 
@@ -138,7 +138,7 @@ def _open_input(gpio: int, pins: Any, opened: ExitStack) -> Any:
         return opened.enter_context(InputDevice(gpio, pull_up=None, active_state=True, pin_factory=pins)).pin
 
 
-def _follow(source: Any, target: Any) -> tuple[bool, bool]:
+def _read_levels(source: Any, target: Any) -> tuple[bool, bool]:
     """Return the levels of ``target`` while the pull of ``source`` is up, and while it is down.
 
     Before that, the target's own pull is the opposite one. Without a wire, the floating target keeps that level.

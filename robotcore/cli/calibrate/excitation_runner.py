@@ -35,7 +35,7 @@ def build_runner(session: RobotSession) -> ExcitationRunner:
 
 def perform_run(request: RunRequest, observers: Sequence[Observer]) -> RunResult:
     """Perform a run. In a terminal, the space bar is the e-stop, and a line shows the progress."""
-    from robotcore.cli.estop_key import MISSING_KEY, EmergencyStopKey, can_listen, is_key_missing
+    from robotcore.cli.estop_key import NO_ESTOP_KEY_NOTE, EmergencyStopKey, can_listen, is_estop_key_missing
     from robotcore.cli.output import write_line
     from robotcore.runtime.session import run
 
@@ -44,8 +44,8 @@ def perform_run(request: RunRequest, observers: Sequence[Observer]) -> RunResult
         key = stack.enter_context(closing(EmergencyStopKey())) if can_listen() else None
         if key:
             in_terminal.append(key)
-        if is_key_missing():
-            write_line(f"note: {MISSING_KEY}", is_error=True)
+        if is_estop_key_missing():
+            write_line(f"note: {NO_ESTOP_KEY_NOTE}", is_error=True)
         if sys.stderr and sys.stderr.isatty():
             from robotcore.view.progress import ProgressLine
 

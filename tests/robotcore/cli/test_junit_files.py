@@ -134,12 +134,12 @@ BAD_FILES = [
 
 
 @pytest.fixture
-def _odd_files() -> None:
+def make_unwritable_files() -> None:
     Path("folder.xml").mkdir()
     Path("link.xml").symlink_to("elsewhere.xml")
 
 
-@pytest.mark.usefixtures("_odd_files")
+@pytest.mark.usefixtures("make_unwritable_files")
 @pytest.mark.parametrize("options, kind", BAD_FILES)
 def test_a_sweep_refuses_a_file_that_it_could_not_write_before_its_first_run(
     cli: Cli, requests: list[RunRequest], options: tuple[str, str], kind: str, check_text: CheckText

@@ -142,7 +142,7 @@ def test_ctrl_c_also_ends_a_loop_of_the_shell(app_file: AppFile) -> None:
 
 
 @pytest.fixture
-def no_limit_of_the_exit() -> Iterator[None]:
+def without_exit_limit() -> Iterator[None]:
     """Cancel the timer that limits the exit of the process, because the process of the tests continues."""
     yield
     for thread in threading.enumerate():
@@ -150,7 +150,7 @@ def no_limit_of_the_exit() -> Iterator[None]:
             thread.cancel()
 
 
-@pytest.mark.usefixtures("no_limit_of_the_exit")
+@pytest.mark.usefixtures("without_exit_limit")
 def test_an_app_file_runs_itself_with_the_arguments_of_the_process(
     monkeypatch: pytest.MonkeyPatch, capfd: pytest.CaptureFixture[str], check_text: CheckText
 ) -> None:

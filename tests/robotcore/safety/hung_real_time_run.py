@@ -15,7 +15,7 @@ from robotcore.hal.wall_clock import read_timer
 from robotcore.runtime.behaviour import Behaviour, Status
 from robotcore.runtime.request import RunRequest
 from robotcore.runtime.session import run
-from robotcore.safety.real_time import read_real_time
+from robotcore.safety.real_time import read_priority_and_locked_memory
 from tests.robotcore.safety.guardian.recorder import notes
 
 HANG_AT = 5
@@ -41,7 +41,7 @@ class HungApp(Behaviour):
         robot.drive.set_velocity(0.1, 0.0)
         self.ticks += 1
         if self.ticks == HANG_AT:
-            assert read_real_time()["priority"] == 20
+            assert read_priority_and_locked_memory()["priority"] == 20
             self.hung_at = read_timer()
             write_event(event="hangs")
             while self.way == "python":

@@ -24,7 +24,7 @@ from robotcore.safety.real_time import (
     RealTimeTicks,
     drop_priority,
     find_priorities,
-    read_real_time,
+    read_priority_and_locked_memory,
     require_real_time,
     set_priority,
 )
@@ -62,7 +62,7 @@ def test_without_permission_the_note_has_the_limit_and_the_remedy(
         raise PermissionError
 
     monkeypatch.setattr(real_time, "set_priority", refuse)
-    monkeypatch.setattr(real_time, "_may_lock_memory", lambda: False)
+    monkeypatch.setattr(real_time, "_has_lock_right", lambda: False)
     monkeypatch.setattr(real_time, "_raise_soft_limit", lambda _: None)
     monkeypatch.setattr(
         resource, "getrlimit", lambda which: (0, 0) if which == resource.RLIMIT_RTPRIO else (8 << 20, 8)
@@ -104,11 +104,11 @@ def test_a_policy_that_the_process_had_before_is_restored() -> None:
     set_priority(0, 10)
     try:
         ticks = RealTimeTicks(print, has_guardian=True)
-        assert read_real_time()["priority"] == 10
+        assert read_priority_and_locked_memory()["priority"] == 10
         ticks.begin_after_first_tick(None)
-        assert read_real_time()["priority"] == 20
+        assert read_priority_and_locked_memory()["priority"] == 20
         ticks.end()
-        assert read_real_time()["priority"] == 10
+        assert read_priority_and_locked_memory()["priority"] == 10
     finally:
         drop_priority(0)
 
@@ -124,10 +124,10 @@ def test_the_tick_has_its_priority_until_the_end_and_the_threads_that_stop_motor
         thread.start()
     ticks = RealTimeTicks(print, has_guardian=True)
     try:
-        assert read_real_time()["priority"] == 0
+        assert read_priority_and_locked_memory()["priority"] == 0
         ticks.begin_after_first_tick(None)
-        assert read_real_time()["priority"] == 20
-        assert read_real_time()["locked_kb"] > 0
+        assert read_priority_and_locked_memory()["priority"] == 20
+        assert read_priority_and_locked_memory()["locked_kb"] > 0
         assert [_priority(thread) for thread in (watchdog, other)] == [30, 0]
         late = threading.Thread(target=is_over.wait)
         late.start()
@@ -135,7 +135,7 @@ def test_the_tick_has_its_priority_until_the_end_and_the_threads_that_stop_motor
     finally:
         ticks.end()
         is_over.set()
-    assert read_real_time() == {"priority": 0, "locked_kb": 0}
+    assert read_priority_and_locked_memory() == {"priority": 0, "locked_kb": 0}
     assert signal.getsignal(signal.SIGXCPU) is handler
     assert resource.getrlimit(resource.RLIMIT_RTTIME)[0] in (soft, 5_000_000)  # an ordinary user cannot raise it again
     for thread in (watchdog, other, late):

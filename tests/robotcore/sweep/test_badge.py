@@ -7,7 +7,7 @@ import pytest
 
 from robotcore import Outcome
 from robotcore.sweep import Record
-from robotcore.sweep.badge import _BLUE, _GREEN, _RED, MAX_NAME, describe_badge, draw_badge
+from robotcore.sweep.badge import _BLUE, _GREEN, _RED, MAX_NAME, build_badge_text, draw_badge
 from robotcore.sweep.statistics import Requirement, group_records
 from tests.robotcore.sweep.conftest import make_record
 
@@ -15,7 +15,7 @@ SVG = "{http://www.w3.org/2000/svg}"
 
 
 def describe(records: Sequence[Record], *requirements: str, app: str = "my/search.py") -> tuple[str, str, str]:
-    return describe_badge(app, group_records(records), [Requirement.parse(text) for text in requirements])
+    return build_badge_text(app, group_records(records), [Requirement.parse(text) for text in requirements])
 
 
 def make_runs(passing: int, failing: int, world: str = "open", *, is_verified: bool | None = True) -> list[Record]:
@@ -63,7 +63,7 @@ def test_only_all_runs_are_100_percent_and_only_none_is_0(passing: int, failing:
 
 def test_the_picture_is_svg_that_refers_to_no_other_file_and_holds_any_name() -> None:
     name = "robots/<&>\x1b" + "x" * 100 + ".py"
-    content = draw_badge(describe_badge(name, group_records(make_runs(1, 0)), []))
+    content = draw_badge(build_badge_text(name, group_records(make_runs(1, 0)), []))
     root = ET.fromstring(content)  # noqa: S314  written here
     label, message = (each.text or "" for each in root.iter(f"{SVG}text"))
     assert label.startswith(r"<&>\x1bxxx")
@@ -76,7 +76,7 @@ def test_the_picture_is_svg_that_refers_to_no_other_file_and_holds_any_name() ->
 
 
 def test_the_texts_lie_within_their_boxes() -> None:
-    root = ET.fromstring(draw_badge(describe_badge("search", group_records(make_runs(9, 1)), [])))  # noqa: S314  the same
+    root = ET.fromstring(draw_badge(build_badge_text("search", group_records(make_runs(9, 1)), [])))  # noqa: S314  the same
     boxes = list(root.iter(f"{SVG}rect"))[1:]
     for box, text in zip(boxes, root.iter(f"{SVG}text"), strict=True):
         left, right = float(box.attrib["x"]), float(box.attrib["x"]) + float(box.attrib["width"])

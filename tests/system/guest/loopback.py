@@ -51,7 +51,7 @@ def command(report: Path, *options: str) -> list[str]:
     return [*COMMAND, "--report", str(report), "--answer", "wires=ready", *options]
 
 
-def verdicts(report: dict[str, Any]) -> dict[str, str]:
+def read_verdicts(report: dict[str, Any]) -> dict[str, str]:
     return {rule["rule"]: rule["verdict"] for rule in report["rules"]}
 
 
@@ -62,12 +62,12 @@ def read(report: Path) -> dict[str, Any]:
 
 def wait_for_rule(report: Path, rule: str, program: subprocess.Popen[str]) -> None:
     """Wait until the report has a rule; the check's time limit ends a wait in vain."""
-    while not (report.exists() and rule in verdicts(read(report))):
+    while not (report.exists() and rule in read_verdicts(read(report))):
         assert program.poll() is None, program.communicate()
         time.sleep(0.05)
 
 
-def are_low_and_free(chip: Chip) -> bool:
+def has_free_low_pins(chip: Chip) -> bool:
     """Return whether all lines of the wires are low, have a pull-down, and can be claimed."""
     claim = f"import lgpio; c = lgpio.gpiochip_open(0); [lgpio.gpio_claim_input(c, gpio) for gpio in {PINS}]"
     is_free = not subprocess.run([sys.executable, "-c", claim], check=False, capture_output=True).returncode
@@ -81,7 +81,7 @@ def test_the_whole_test_measures_over_two_wires_and_every_stop_pulls_the_pin_low
         run = subprocess.run(command(tmp_path / "r.json", "--rt"), capture_output=True, text=True, check=False)
     print(run.stdout, run.stderr)  # in the log of the guest
     report = read(tmp_path / "r.json")
-    found = verdicts(report)
+    found = read_verdicts(report)
     assert (report["ended"], run.returncode) == ("complete", report["exit_status"]), run.stderr
     assert {rule: found[rule] for rule in SURE} == dict.fromkeys(SURE, "passed"), run.stdout
     values = {rule["rule"]: rule["values"] for rule in report["rules"]}
@@ -89,7 +89,7 @@ def test_the_whole_test_measures_over_two_wires_and_every_stop_pulls_the_pin_low
     assert {stop: values[stop].get("still_high") for stop in STOPS} == dict.fromkeys(STOPS, 0)
     assert {stop: values[stop].get("edges_backward") for stop in STOPS} == dict.fromkeys(STOPS, 0)
     assert values["ticks-20hz-rt"]["priority"] == 20
-    assert are_low_and_free(chip)
+    assert has_free_low_pins(chip)
 
 
 def test_a_wire_on_another_pin_is_found_and_nothing_is_driven(chip: Chip, tmp_path: Path) -> None:
@@ -98,10 +98,10 @@ def test_a_wire_on_another_pin_is_found_and_nothing_is_driven(chip: Chip, tmp_pa
     rules = {rule["rule"]: rule for rule in read(tmp_path / "r.json")["rules"]}
     assert "is on GPIO 26" in rules["wire-1"]["reason"], run.stderr
     assert run.returncode == 1
-    assert {verdict for rule, verdict in verdicts(read(tmp_path / "r.json")).items() if "wire" not in rule} == {
+    assert {verdict for rule, verdict in read_verdicts(read(tmp_path / "r.json")).items() if "wire" not in rule} == {
         "skipped"
     }
-    assert are_low_and_free(chip)
+    assert has_free_low_pins(chip)
 
 
 @pytest.mark.timeout(scaled(WHOLE_S))
@@ -113,10 +113,10 @@ def test_a_wire_that_is_lost_during_the_test_ends_the_measurements_and_every_pin
         wait_for_rule(report, "output-latency", program)
         bridge.kill()
         program.wait(scaled(WHOLE_S))
-    found = verdicts(read(report))
+    found = read_verdicts(read(report))
     assert found["levels"] == "passed"
     assert {found[stop] for stop in STOPS} == {"skipped"}
-    assert are_low_and_free(chip)
+    assert has_free_low_pins(chip)
 
 
 @pytest.mark.parametrize("rule", ["levels", "stop-command"])
@@ -128,4 +128,4 @@ def test_ctrl_c_leaves_every_pin_low_and_a_partial_report(chip: Chip, tmp_path: 
         program.send_signal(signal.SIGINT)
         assert program.wait(scaled(WHOLE_S)) == -signal.SIGINT
     assert read(report)["ended"] == "interrupted by SIGINT"
-    assert are_low_and_free(chip)
+    assert has_free_low_pins(chip)

@@ -1,13 +1,13 @@
 """The loopback test with longer time limits and fewer trials, because an emulated processor is slow.
 
-python -m tests.system.guest.scaled_loopback doctor|child ARGUMENT...
+python -m tests.system.guest.scaled_loopback doctor|motor_program ARGUMENT...
 """
 
 from __future__ import annotations
 
 import sys
 
-from drivers.raspberrypi.loopback import child, echoes, encoder_edges, outputs, processes, stops, wires
+from drivers.raspberrypi.loopback import echoes, encoder_edges, motor_program, outputs, processes, stops, wires
 from robotcore.cli.main import main
 from tests.system.guest.scaled_limits import scale_limits
 from tests.system.speed import scaled
@@ -19,9 +19,9 @@ if __name__ == "__main__":
     wires.SETTLE_S = scaled(wires.SETTLE_S)
     outputs.LATE_S = scaled(outputs.LATE_S)
     processes.START_S, processes.END_S = scaled(processes.START_S), scaled(processes.END_S)
-    processes.LoopbackProgram.command = [sys.executable, "-m", "tests.system.guest.scaled_loopback", "child"]
-    if sys.argv[1] == "child":
+    processes.LoopbackProgram.command = [sys.executable, "-m", "tests.system.guest.scaled_loopback", "motor_program"]
+    if sys.argv[1] == "motor_program":
         del sys.argv[1]
-        child.main()
+        motor_program.main()
     else:
         main()

@@ -81,7 +81,7 @@ class _Chip:
         for watcher in tuple(_watchers):
             watcher.check()
 
-    def level_over_wire(self, gpio: int) -> bool:
+    def read_level_over_wire(self, gpio: int) -> bool:
         """Return the level of a line at the second end of a wire: the other end's output or pull, or its own pull."""
         source = _find_wires()[gpio]
         if fixed := self._read(f"{gpio}.fixed"):
@@ -155,7 +155,7 @@ def gpio_get_mode(handle: int, gpio: int) -> int:
 def gpio_read(handle: int, gpio: int) -> int:
     chip = _chip(handle)
     if gpio in _find_wires():
-        return int(chip.level_over_wire(gpio))
+        return int(chip.read_level_over_wire(gpio))
     return int(chip.get(gpio) != "0")
 
 
@@ -178,7 +178,7 @@ class _Callback:
 
     def __init__(self, chip: _Chip, gpio: int, function: Callable[[int, int, int, int], Any]) -> None:
         self._chip, self._gpio, self._function = chip, gpio, function
-        self._level = chip.level_over_wire(gpio)
+        self._level = chip.read_level_over_wire(gpio)
         self._lock, self._is_over = threading.RLock(), threading.Event()
         _watchers.append(self)
         self._thread = threading.Thread(target=self._watch, daemon=True)
@@ -187,7 +187,7 @@ class _Callback:
     def check(self) -> None:
         with self._lock:
             try:
-                level = self._chip.level_over_wire(self._gpio)
+                level = self._chip.read_level_over_wire(self._gpio)
             except KeyError:  # the test has ended, and its wires are gone
                 return
             if level != self._level:

@@ -10,6 +10,6 @@ from robotcore.cli.main import main
 from tests.drivers.raspberrypi.run_as_pi import PI_3
 
 if __name__ == "__main__":
-    LoopbackProgram.command = [sys.executable, "-m", "tests.drivers.raspberrypi.loopback.child_as_pi"]
+    LoopbackProgram.command = [sys.executable, "-m", "tests.drivers.raspberrypi.loopback.motor_program_as_pi"]
     with patch("gpiozero.pins.local.get_pi_revision", lambda: PI_3):
         main()

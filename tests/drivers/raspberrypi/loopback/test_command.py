@@ -59,13 +59,13 @@ def read(report: Path) -> dict[str, Any]:
     return found
 
 
-def verdicts(report: dict[str, Any]) -> dict[str, str]:
+def read_verdicts(report: dict[str, Any]) -> dict[str, str]:
     return {rule["rule"]: rule["verdict"] for rule in report["rules"]}
 
 
 def wait_for_rule(report: Path, rule: str, program: Program) -> None:
     end = monotonic() + END_S
-    while not (report.exists() and rule in verdicts(read(report))):
+    while not (report.exists() and rule in read_verdicts(read(report))):
         assert program.poll() is None, program.communicate()
         assert monotonic() < end
         sleep(0.01)
@@ -88,7 +88,7 @@ def test_ctrl_c_at_any_step_leaves_the_pins_low_and_a_partial_report(
     report = read(tmp_path / "r.json")
     assert (program.returncode, report["ended"]) == (-signal.SIGINT, "interrupted by SIGINT"), err
     assert "Traceback" not in err
-    assert verdicts(report)["stop-sigkill"] == "skipped"
+    assert read_verdicts(report)["stop-sigkill"] == "skipped"
     assert_released(lines)
 
 
@@ -122,7 +122,7 @@ def test_a_motor_off_the_ground_is_judged_by_the_person(launch: Launch, lines: L
     options = [word for answer in answers for word in ("--answer", answer)]
     program = launch(*options, "--robot", PLAIN, "--motor", "right_motor", "--report", str(tmp_path / "m.json"))
     _, err = program.communicate(timeout=END_S)
-    found = verdicts(read(tmp_path / "m.json"))
+    found = read_verdicts(read(tmp_path / "m.json"))
     assert program.returncode == 1, err
     motor = {rule: found[rule] for rule in ("motor-direction", "motor-stop", "motor-deadman")}
     assert motor == {"motor-direction": "failed", "motor-stop": "passed", "motor-deadman": "passed"}
@@ -134,7 +134,7 @@ def test_each_way_to_stop_pulls_the_pin_low(wired_pins: Any, tmp_path: Path, mon
     wired_pins.close()  # each way opens its own pins
     monkeypatch.setattr(stops, "TRIALS", 1)
     monkeypatch.setattr(
-        LoopbackProgram, "command", [sys.executable, "-m", "tests.drivers.raspberrypi.loopback.child_as_pi"]
+        LoopbackProgram, "command", [sys.executable, "-m", "tests.drivers.raspberrypi.loopback.motor_program_as_pi"]
     )
     monkeypatch.chdir(ROOT)
     with monkeypatch.context() as patched:
@@ -204,7 +204,7 @@ def test_a_held_pin_is_reported_with_its_rule_and_the_others_are_released(
     assert program.returncode == 1, err
     reasons = {rule["rule"]: rule["reason"] for rule in report["rules"]}
     assert "GPIO 26 is held by" in reasons["wire-2"]
-    assert verdicts(report)["levels"] == "skipped"
+    assert read_verdicts(report)["levels"] == "skipped"
 
 
 def test_without_a_pi_nothing_is_asked(fake_lgpio: Lines, monkeypatch: pytest.MonkeyPatch, raises: Raises) -> None:

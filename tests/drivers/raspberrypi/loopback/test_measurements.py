@@ -7,8 +7,8 @@ import pytest
 from drivers.raspberrypi.loopback.echoes import measure_echoes
 from drivers.raspberrypi.loopback.encoder_edges import measure_encoders
 from drivers.raspberrypi.loopback.outputs import measure_levels, measure_pwm
-from drivers.raspberrypi.loopback.spread import Spread
-from drivers.raspberrypi.loopback.ticks import Jitter, judge_jitter
+from drivers.raspberrypi.loopback.percentiles import Percentiles
+from drivers.raspberrypi.loopback.ticks import Jitter, build_jitter_result
 from robotcore.hal.loopback import RuleResult, Verdict
 from tests.drivers.raspberrypi.loopback.conftest import WIRES
 
@@ -16,12 +16,12 @@ SWAPPED = (WIRES[1]._replace(output=WIRES[0].output), WIRES[0]._replace(output=W
 """Wires whose outputs are swapped."""
 
 
-def by_rule(results: Any) -> dict[str, RuleResult]:
+def map_by_rule(results: Any) -> dict[str, RuleResult]:
     return {result.rule: result for result in results}
 
 
 def test_levels_follow_over_both_wires(wired_pins: Any) -> None:
-    found = by_rule(measure_levels(WIRES, wired_pins))
+    found = map_by_rule(measure_levels(WIRES, wired_pins))
     assert (found["levels"].verdict, found["levels"].values) == (Verdict.PASSED, {"wrong": 0, "levels": 100})
     assert 0 < found["output-latency"].values["worst_ms"] < 100
 
@@ -31,7 +31,7 @@ def test_levels_that_do_not_follow_are_counted_and_there_is_no_latency(
     wired_pins: Any, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr("drivers.raspberrypi.loopback.outputs.LATE_S", 0.01)
-    found = by_rule(measure_levels([WIRES[0]._replace(output=13)], wired_pins))
+    found = map_by_rule(measure_levels([WIRES[0]._replace(output=13)], wired_pins))
     assert (found["levels"].verdict, found["output-latency"].verdict) == (Verdict.FAILED, Verdict.SKIPPED)
     assert found["levels"].values["wrong"] == 50
 
@@ -39,7 +39,7 @@ def test_levels_that_do_not_follow_are_counted_and_there_is_no_latency(
 @pytest.mark.slow
 def test_the_duty_of_a_motor_is_seen_at_the_other_end(wired_pins: Any) -> None:
     """The double of lgpio is polled, so its frequency is not exact on a busy machine."""
-    found = by_rule(measure_pwm(WIRES, wired_pins))
+    found = map_by_rule(measure_pwm(WIRES, wired_pins))
     for duty in (25, 50, 75):
         values = found[f"pwm-duty-{duty}"].values
         assert values["duty"] == pytest.approx(duty / 100, abs=0.1)
@@ -49,7 +49,7 @@ def test_the_duty_of_a_motor_is_seen_at_the_other_end(wired_pins: Any) -> None:
 @pytest.mark.slow
 def test_pwm_on_the_wrong_wire_fails(wired_pins: Any, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr("drivers.raspberrypi.loopback.outputs.PWM_S", 0.1)
-    found = by_rule(measure_pwm(SWAPPED, wired_pins))
+    found = map_by_rule(measure_pwm(SWAPPED, wired_pins))
     assert found["pwm-duty-50"].verdict is Verdict.FAILED
 
 
@@ -58,9 +58,9 @@ def test_the_drivers_of_encoders_count_every_edge_and_both_directions_of_quadrat
     wired_pins: Any, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr("drivers.raspberrypi.loopback.encoder_edges.RATES", (200,))
-    found = by_rule(measure_encoders(WIRES, wired_pins))
+    found = map_by_rule(measure_encoders(WIRES, wired_pins))
     assert {rule: each.values["lost"] for rule, each in found.items()} == {"pulses-200": 0, "quadrature-200": 0}
-    reversed_ = by_rule(measure_encoders(SWAPPED, wired_pins))
+    reversed_ = map_by_rule(measure_encoders(SWAPPED, wired_pins))
     assert reversed_["quadrature-200"].verdict is Verdict.FAILED  # counts backward
 
 
@@ -83,9 +83,9 @@ def test_without_an_echo_the_rule_fails_with_the_reason(wired_pins: Any) -> None
 
 
 def test_jitter_is_the_difference_from_the_period_and_a_late_tick_counts() -> None:
-    jitter = Jitter.of([0.0, 0.05, 0.13, 0.15], 20.0)
+    jitter = Jitter.from_times([0.0, 0.05, 0.13, 0.15], 20.0)
     assert jitter.late_ticks == 1
-    assert jitter.spread == pytest.approx(Spread(0.03, 0.03, 0.03))
+    assert jitter.percentiles == pytest.approx(Percentiles(0.03, 0.03, 0.03))
 
 
 @pytest.mark.parametrize(
@@ -93,9 +93,9 @@ def test_jitter_is_the_difference_from_the_period_and_a_late_tick_counts() -> No
 )
 def test_ticks_fail_if_more_than_one_in_a_hundred_is_late_by_half_a_period(late_s: float, verdict: Verdict) -> None:
     times = [number * 0.05 + (late_s if number % 20 == 19 else 0.0) for number in range(201)]
-    assert judge_jitter("ticks-20hz", Jitter.of(times, 20.0), 20.0).verdict is verdict
+    assert build_jitter_result("ticks-20hz", Jitter.from_times(times, 20.0), 20.0).verdict is verdict
 
 
 def test_ticks_fail_if_the_deadman_had_stopped_the_motors_once() -> None:
     times = [number * 0.05 + (0.076 if number >= 500 else 0.0) for number in range(1000)]
-    assert judge_jitter("ticks-20hz", Jitter.of(times, 20.0), 20.0).verdict is Verdict.FAILED
+    assert build_jitter_result("ticks-20hz", Jitter.from_times(times, 20.0), 20.0).verdict is Verdict.FAILED

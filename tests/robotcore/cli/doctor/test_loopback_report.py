@@ -13,8 +13,10 @@ from robotcore.hal.loopback import LoopbackRequest, RuleResult
 from tests.robotcore.cli.conftest import Cli
 from tests.texts import CheckText, Raises
 
-PASSED = RuleResult.judge("ticks-20hz", "p50 1 ms", "p99 25 ms", is_met=True, worst_ms=31.5)
-FAILED = RuleResult.judge("stop-sigkill", "worst 400 ms", "at most 300 ms", is_met=False, reason="No", worst_ms=400.0)
+PASSED = RuleResult.from_measurement("ticks-20hz", "p50 1 ms", "p99 25 ms", is_met=True, worst_ms=31.5)
+FAILED = RuleResult.from_measurement(
+    "stop-sigkill", "worst 400 ms", "at most 300 ms", is_met=False, reason="No", worst_ms=400.0
+)
 
 
 def build(*results: RuleResult) -> LoopbackReport:

@@ -21,7 +21,7 @@ from robotcore.safety.real_time import require_real_time
 
 WIRE_RULES = ("wire-1", "wire-2")
 LIBRARIES = ("gpiozero", "lgpio", "numpy")
-CONNECT = (
+WIRES_INSTRUCTION = (
     "Switch the motors' supply off. Connect two jumper wires, best with 1 kΩ in each: {wires}. Nothing else may be "
     "connected to these pins"
 )
@@ -74,7 +74,7 @@ class PiLoopbackTest(LoopbackTest):
 
     def run(self, person: LoopbackPerson, write: Callable[[str], object]) -> Generator[RuleResult, None, None]:
         wires = " and ".join(map(str, self.wires))
-        if not person.confirm("wires", CONNECT.format(wires=wires)):
+        if not person.confirm("wires", WIRES_INSTRUCTION.format(wires=wires)):
             reason = "the wires were not connected"
             yield from (RuleResult.skip(rule, reason) for rule in self.rules[: -len(motor_off_ground.RULES)])
         else:
@@ -87,8 +87,8 @@ class PiLoopbackTest(LoopbackTest):
     def _measure_over_wires(self, write: Callable[[str], object]) -> Iterator[RuleResult]:
         problem = ""
         for wire in self.wires:
-            found = self._find_problem(wire, has_search=True)
-            yield RuleResult.judge(
+            found = self._find_problem(wire, is_searching_pins=True)
+            yield RuleResult.from_measurement(
                 f"wire-{wire.number}", found or "connected", "connected", is_met=not found, reason=found
             )
             problem = problem or found
@@ -137,12 +137,14 @@ class PiLoopbackTest(LoopbackTest):
             reason = str(error)
         yield from (RuleResult.skip(rule, reason) for rule in rules if rule not in done)
 
-    def _find_problem(self, wire: LoopbackWire, *, has_search: bool = False) -> str:
+    def _find_problem(self, wire: LoopbackWire, *, is_searching_pins: bool = False) -> str:
         ends = {gpio for each in self.wires for gpio in (each.output, each.input)}
         others = [gpio for gpio in GPIOS if gpio not in (*self._used, *RESERVED, wire.output, wire.input)]
         try:
             with closing(open_pins()) as pins:
-                return find_problem(wire, pins, sorted(others, key=lambda gpio: gpio not in ends) if has_search else ())
+                return find_problem(
+                    wire, pins, sorted(others, key=lambda gpio: gpio not in ends) if is_searching_pins else ()
+                )
         except DeviceError as error:
             return str(error).partition(": ")[2]
 

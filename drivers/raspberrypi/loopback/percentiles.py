@@ -7,10 +7,10 @@ from collections.abc import Iterable, Sequence
 from typing import NamedTuple
 
 
-class Spread(NamedTuple):
+class Percentiles(NamedTuple):
     """The median, the 99th percentile and the greatest of measured values.
 
-    >>> print(Spread.of([0.001, 0.002, 0.009]))
+    >>> print(Percentiles.from_durations([0.001, 0.002, 0.009]))
     p50 2.00 ms, p99 9.00 ms, worst 9.00 ms
     """
 
@@ -19,8 +19,8 @@ class Spread(NamedTuple):
     worst: float
 
     @classmethod
-    def of(cls, values: Iterable[float]) -> Spread:
-        """Return the spread of one or more durations in seconds."""
+    def from_durations(cls, values: Iterable[float]) -> Percentiles:
+        """Return the percentiles of one or more durations in seconds."""
         ordered = sorted(values)
         return cls(_pick(ordered, 0.5), _pick(ordered, 0.99), ordered[-1])
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from unittest.mock import patch
 
-from drivers.raspberrypi.loopback.child import main
+from drivers.raspberrypi.loopback.motor_program import main
 from tests.drivers.raspberrypi.run_as_pi import PI_3
 
 if __name__ == "__main__":

@@ -14,7 +14,7 @@ FIXED = {
     "CONTRIBUTING.md": "contributing.md",
     "tests/system/README.md": "system-tests.md",
 }
-"""The places on the site of files of the repository."""
+"""The paths on the site of files of the repository."""
 
 LINK = re.compile(r"(\]\(\s*)([^()#\s]+)((?:#[^()\s]*)?\))")
 FENCE = re.compile(r"(^ *```.*?^ *```$)", re.MULTILINE | re.DOTALL)
@@ -24,20 +24,20 @@ NOT_SEARCHED = "---\nsearch:\n  exclude: true\n---\n"
 LANGUAGES = {".py": "python", ".toml": "toml", ".ino": "cpp", ".h": "cpp", ".cpp": "cpp"}
 
 
-def find_outside_pages() -> dict[str, str]:
-    """Return the places on the site of all linked files outside of docs/, by their paths in the repository."""
-    places = dict(FIXED)
+def find_repository_pages() -> dict[str, str]:
+    """Return the paths on the site of all linked files outside of docs/, by their paths in the repository."""
+    site_paths = dict(FIXED)
     rest = [*(path.relative_to(ROOT).as_posix() for path in sorted((ROOT / DOCS).rglob("*.md"))), *FIXED]
     while rest:
         page = rest.pop()
         for target in _list_targets(page):
-            if not target.startswith((DOCS, "..")) and target not in places and (ROOT / target).exists():
-                places[target] = _choose_place(target)
+            if not target.startswith((DOCS, "..")) and target not in site_paths and (ROOT / target).exists():
+                site_paths[target] = _choose_site_path(target)
                 rest += [target] if target.endswith(".md") else []
-    return places
+    return site_paths
 
 
-def read_outside_page(source: str) -> str:
+def read_repository_page(source: str) -> str:
     """Return the Markdown of a file outside of docs/. A file of source becomes a listing."""
     path = ROOT / source
     if path.is_dir():
@@ -48,12 +48,12 @@ def read_outside_page(source: str) -> str:
     return f"{NOT_SEARCHED}# {source}\n\n{_format_listing(path)}\n"
 
 
-def rewrite_links(markdown: str, source: str, place: str, places: dict[str, str]) -> str:
+def rewrite_links(markdown: str, source: str, site_path: str, site_paths: dict[str, str]) -> str:
     """Return a page whose links lead to the pages of the site.
 
     source: the page's path in the repository.
-    place: its path on the site, from the site's root.
-    places: the places of files outside of docs/, by their paths in the repository.
+    site_path: its path on the site, from the site's root.
+    site_paths: the paths on the site of files outside of docs/, by their paths in the repository.
     """
 
     def rewrite(link: re.Match[str]) -> str:
@@ -64,8 +64,8 @@ def rewrite_links(markdown: str, source: str, place: str, places: dict[str, str]
             target = f"{target}/README.md"
         if target == "README.md":
             target = f"{DOCS}/index.md"
-        new = places.get(target) or (relpath(target, DOCS) if target.startswith(f"{DOCS}/") else None)
-        return f"{link[1]}{relpath(new, dirname(place) or '.')}{link[3]}" if new else link[0]
+        new = site_paths.get(target) or (relpath(target, DOCS) if target.startswith(f"{DOCS}/") else None)
+        return f"{link[1]}{relpath(new, dirname(site_path) or '.')}{link[3]}" if new else link[0]
 
     parts = FENCE.split(markdown)
     return "".join(part if number % 2 else LINK.sub(rewrite, part) for number, part in enumerate(parts))
@@ -77,7 +77,7 @@ def _list_targets(page: str) -> Iterator[str]:
             yield normpath(join(dirname(page), target))
 
 
-def _choose_place(source: str) -> str:
+def _choose_site_path(source: str) -> str:
     if source.endswith("QUALITY.md"):
         return f"quality/{dirname(source).replace('drivers/', '').replace('/', '-')}.md"
     return f"source/{source.removesuffix('.md').replace('.', '_')}.md"

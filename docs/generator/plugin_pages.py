@@ -32,7 +32,7 @@ from robotcore.runtime.needs import name_need
 from robotcore.runtime.settings import list_settings
 
 
-def list_part_pages() -> Iterator[tuple[str, str]]:
+def list_plugin_pages() -> Iterator[tuple[str, str]]:
     """Yield the name of each page, and its Markdown."""
     yield "robot-file.md", _format_file_page(RobotDescription, "The keys of a robot's file", "descriptions.md")
     yield "world-file.md", _format_file_page(WorldDescription, "The keys of a world's file", "descriptions.md#a-world")

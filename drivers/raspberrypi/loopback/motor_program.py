@@ -1,6 +1,6 @@
 """The program that the loopback test starts and ends: an app that turns a motor, with its run and its guardian.
 
-    python -m drivers.raspberrypi.loopback.child '{"robot": "robot.toml", "motor": "motor", "action": "drive", …}'
+    python -m drivers.raspberrypi.loopback.motor_program '{"robot": "robot.toml", "motor": "motor", "action": …}'
 
 It writes its events as lines of JSON on standard output, with times of the machine's monotonic clock.
 """
@@ -20,7 +20,7 @@ from robotcore.hal.wall_clock import read_timer
 from robotcore.runtime.behaviour import Behaviour, Status
 from robotcore.runtime.request import RunRequest
 from robotcore.runtime.session import run
-from robotcore.safety.real_time import read_real_time
+from robotcore.safety.real_time import read_priority_and_locked_memory
 
 Action = Literal["tick", "drive", "stop", "hang", "block"]
 
@@ -32,7 +32,7 @@ BLOCK_S = 3
 
 
 @dataclass
-class ChildRequest:
+class MotorProgramRequest:
     """What the program does."""
 
     robot: str
@@ -63,7 +63,7 @@ def report(event: str, **values: object) -> None:
 class LoopbackApp(Behaviour):
     """Turns one motor, and stops, hangs or goes on."""
 
-    request: ChildRequest = field(kw_only=True)
+    request: MotorProgramRequest = field(kw_only=True)
 
     def __post_init__(self) -> None:
         self.needs = frozenset({self.request.motor})  # type: ignore[misc]  # the motor's name is known only now
@@ -77,7 +77,7 @@ class LoopbackApp(Behaviour):
         is_over = self._times[-1] - self._times[0] > request.duration_s
         if is_over or self._trials >= request.trials or os.getppid() != self._parent:
             motor.stop()
-            report("ticks", times=self._times, **read_real_time())
+            report("ticks", times=self._times, **read_priority_and_locked_memory())
             return Status.SUCCESS
         rest = RESTING_TICKS + round(request.rest_after_s * request.rate_hz)
         self._ticks = (self._ticks + 1) % (DRIVING_TICKS + rest + 1)
@@ -107,7 +107,7 @@ class LoopbackApp(Behaviour):
 
 def main() -> None:
     """Run the app, and report its result."""
-    request = ChildRequest(**json.loads(sys.argv[1]))
+    request = MotorProgramRequest(**json.loads(sys.argv[1]))
     result = run(
         RunRequest(
             LoopbackApp(request=request),
