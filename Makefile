@@ -11,7 +11,7 @@ UV := $(shell command -v uv 2>/dev/null)
 INSTALL := $(if $(UV),$(UV) pip install --quiet --python $(BIN)/python,$(BIN)/python -m pip install --quiet --disable-pip-version-check)
 
 .DEFAULT_GOAL := help
-.PHONY: help demo install test test-slow test-portable test-all system system-package system-container system-gpio system-arm64 system-deploy system-firmware system-coppeliasim system-vrep lint types rules package docs coverage check clean
+.PHONY: help demo install test test-slow test-portable test-all system system-package system-container system-gpio system-loopback system-arm64 system-deploy system-firmware system-coppeliasim system-vrep lint types rules package docs coverage check clean
 
 help:  ## list the targets
 	@grep -hE '^[a-z0-9-]+:.*##' $(MAKEFILE_LIST) | sed -E 's/:.*## /\t/' | expand -t 14
@@ -54,7 +54,7 @@ test-all:  ## run the quick tests on every Python from 3.10 to 3.13 that is on t
 		else echo "== Python $$version is not on this machine"; fi; \
 	done
 
-system: system-package system-container system-gpio system-arm64 system-deploy system-firmware system-coppeliasim system-vrep  ## the tests on other machines and on real simulators, where they can run
+system: system-package system-container system-gpio system-loopback system-arm64 system-deploy system-firmware system-coppeliasim system-vrep  ## the tests on other machines and on real simulators, where they can run
 
 system-package: $(READY)  ## install the wheel and the source distribution in new environments, and use them
 	@$(BIN)/python -m tests.system.package || [ $$? -eq 77 ]
@@ -64,6 +64,9 @@ system-container: $(READY)  ## build the container, and run apps in it
 
 system-gpio: $(READY)  ## test the Pi's drivers on a real kernel's GPIO chip and camera, in QEMU
 	@$(BIN)/python -m tests.system.gpio || [ $$? -eq 77 ]
+
+system-loopback: $(READY)  ## test doctor --loopback on such a chip, whose lines are connected as by two wires
+	@$(BIN)/python -m tests.system.gpio loopback || [ $$? -eq 77 ]
 
 system-arm64: $(READY)  ## test the wheel on an emulated arm64
 	@$(BIN)/python -m tests.system.arm64 || [ $$? -eq 77 ]

@@ -30,7 +30,7 @@ SUPPORT = (
     "reporting",
 )
 BY_NAME = ("loopback",)
-"""The files of checks that run only by their name. Their time limits have not held on a busy emulated processor."""
+"""The files of checks that run only by their name, because they take about seven minutes."""
 
 CONSOLE = needs.ROOT / "build" / "gpio-console.log"
 
