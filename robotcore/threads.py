@@ -31,10 +31,17 @@ def has_threads() -> bool:
     return emscripten is None or bool(emscripten.pthreads)
 
 
-def start_thread(target: Callable[[], object], name: str) -> Thread:
-    """Start a daemon thread and return it. Raises ResourceError if the operating system refuses the thread."""
+class StoppingThread(Thread):
+    """A thread that stops motors. `--rt` gives it a higher priority than the run's tick."""
+
+
+def start_thread(target: Callable[[], object], name: str, *, stops_motors: bool = False) -> Thread:
+    """Start a daemon thread and return it. Raises ResourceError if the operating system refuses the thread.
+
+    stops_motors: whether to start a `StoppingThread`.
+    """
     try:
-        thread = Thread(target=target, name=name, daemon=True)
+        thread = (StoppingThread if stops_motors else Thread)(target=target, name=name, daemon=True)
         thread.start()
     except (RuntimeError, MemoryError) as error:
         raise ResourceError(f"the system refuses the thread {name!r}") from error

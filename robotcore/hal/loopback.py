@@ -49,6 +49,11 @@ class RuleResult:
         return cls(rule, verdict, measured, bound, "" if is_met else reason, values)
 
     @classmethod
+    def fail(cls, rule: str, reason: str) -> RuleResult:
+        """Return the result of a rule whose measurement failed, so that it has no value."""
+        return cls(rule, Verdict.FAILED, reason=reason)
+
+    @classmethod
     def skip(cls, rule: str, reason: str) -> RuleResult:
         """Return the result of a rule that was not measured."""
         return cls(rule, Verdict.SKIPPED, reason=reason)

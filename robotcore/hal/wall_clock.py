@@ -150,7 +150,7 @@ class MonotonicClock(Clock):
 
     def _start_caller(self) -> None:
         if self._caller is None:
-            self._caller = start_thread(self._call, "clock")
+            self._caller = start_thread(self._call, "clock", stops_motors=True)
 
     def _call(self) -> None:
         try:

@@ -17,15 +17,13 @@ from pathlib import Path
 from typing import Any
 
 from robotcore.errors import UsageError
+from robotcore.threads import StoppingThread
 
 TICK_PRIORITY, STOP_PRIORITY = 20, 30
 """The priorities of the tick's thread, and of everything that stops the motors: guardian, deadman and watchdog.
 
 The kernel's own threads for interrupts have 50. Source: Linux, kernel/sched/core.c, sched_set_fifo.
 """
-
-STOP_THREADS = frozenset({"clock", "watchdog", "reserve"})
-"""The names of the threads that stop the motors: the deadman's, the watchdog's, and those of `Reserve`."""
 
 HANG_S, KILL_S = 1.0, 5.0
 """The longest step of an app with real-time priority, and the longest use of a processor without a pause, in seconds.
@@ -202,7 +200,7 @@ class RealTimeTicks:
             self._own_policy = read_policy()
             self._limit_hangs()
             for thread in threading.enumerate():
-                if thread.name in STOP_THREADS and thread.native_id:
+                if isinstance(thread, StoppingThread) and thread.native_id:
                     self._set_priority(thread.native_id, self.priorities.stop)
             self._set_priority(threading.get_native_id(), self.priorities.tick)
 

@@ -88,7 +88,7 @@ class Reserve:
         except MemoryError as error:
             raise ResourceError(f"the system refuses {MEMORY_BYTES >> 20} MB of memory") from error
         for _ in range(threads):
-            start_thread(self._work, THREAD)
+            start_thread(self._work, THREAD, stops_motors=True)
             self._idle.append(THREAD)
 
     def call(self, function: Callable[[], object]) -> BackgroundCall:

@@ -134,7 +134,7 @@ class Watchdog:
 
     def start(self) -> None:
         """Start the thread. Raises ResourceError if the system refuses it."""
-        self._thread = start_thread(self._watch, "watchdog")
+        self._thread = start_thread(self._watch, "watchdog", stops_motors=True)
 
     def close(self) -> None:
         """End the thread. A second call does nothing."""

@@ -21,6 +21,15 @@ class Edge(NamedTuple):
     """Whether the input is high after the edge."""
 
 
+class StopTrial(NamedTuple):
+    """The measurement of one stop."""
+
+    was_high: bool
+    """Whether the input was high when the stop began. If not, the motor did not turn, and nothing was measured."""
+    low_after_s: float | None
+    """The time from the beginning of the stop until the input stayed low, in seconds; None if it did not stay low."""
+
+
 class EdgeRecorder:
     """Records the edges of an input while its context lasts. The pull is down, as for a motor board's input.
 
@@ -67,23 +76,24 @@ class EdgeRecorder:
                 return None
             Event().wait(WAIT_S)
 
-    def find_stop(self, since: float, until: float) -> float | None:
-        """Return the seconds from a time until the input was low; None if it is high at the second time.
-
-        It is 0 if the input was low already. The call waits for the second time.
-        """
+    def find_stop(self, since: float, until: float) -> StopTrial:
+        """Return whether the input was high at a time, and how soon it was low. The call waits for ``until``."""
         Event().wait(max(0.0, until - self._pins.ticks()) + WAIT_S)
         return compute_stop(tuple(self.edges), since, until)
 
 
-def compute_stop(edges: Sequence[Edge], since: float, until: float) -> float | None:
-    """Return the seconds from ``since`` to the last falling edge before ``until``; None if a rising edge follows it.
+def compute_stop(edges: Sequence[Edge], since: float, until: float) -> StopTrial:
+    """Return whether the input was high at ``since``, and when its last falling edge before ``until`` was.
 
     >>> compute_stop([Edge(1.0, True), Edge(2.5, False), Edge(9.0, True)], since=2.0, until=3.0)
-    0.5
+    StopTrial(was_high=True, low_after_s=0.5)
     >>> compute_stop([Edge(1.0, True)], since=2.0, until=3.0)
+    StopTrial(was_high=True, low_after_s=None)
+    >>> compute_stop([Edge(1.0, True), Edge(1.5, False)], since=2.0, until=3.0)
+    StopTrial(was_high=False, low_after_s=None)
     """
-    before = [edge for edge in edges if edge.time < until]
-    if before and before[-1].is_high:
-        return None
-    return max(0.0, before[-1].time - since) if before else 0.0
+    first = next((edge for edge in reversed(edges) if edge.time <= since), None)
+    last = next((edge for edge in reversed(edges) if edge.time < until), None)
+    if first is None or last is None or not first.is_high:
+        return StopTrial(was_high=False, low_after_s=None)
+    return StopTrial(was_high=True, low_after_s=None if last.is_high else last.time - since)

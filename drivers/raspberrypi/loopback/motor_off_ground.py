@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator, Mapping
 
 from drivers.raspberrypi.loopback.motor_program import Action, MotorProgramRequest
-from drivers.raspberrypi.loopback.processes import START_S, run_program
+from drivers.raspberrypi.loopback.processes import START_S, LoopbackProgram, run_program
 from robotcore.errors import UnknownNameError, UsageError
 from robotcore.hal.loopback import LoopbackPerson, LoopbackRequest, RuleResult, Verdict
 from robotcore.kinds.motor import MotorDescription
@@ -20,7 +20,7 @@ QUESTIONS: Mapping[str, tuple[str, Mapping[str, str]]] = {
     "stop": ("does the wheel stand still now", {"y": "yes", "n": "no"}),
     "deadman": (
         "the program hung for 3 s while the wheel turned. When did the wheel stop",
-        {"s": "at once", "l": "only after the 3 s", "n": "it turns still"},
+        {"s": "at once", "l": "only after the 3 s", "n": "it still turns"},
     ),
 }
 EXPECTED_ANSWERS = {"direction": "f", "stop": "y", "deadman": "s"}
@@ -28,6 +28,9 @@ EXPECTED_ANSWERS = {"direction": "f", "stop": "y", "deadman": "s"}
 
 HANG_S = 2.9
 """The step of the app does not return for this time, in seconds: less than the watchdog's limit."""
+
+ANSWER_S = 120.0
+"""The run with the stop ends after this time in seconds, so the question must be answered before."""
 
 VELOCITY_SHARE = 0.5
 REMEDY = {
@@ -61,7 +64,9 @@ def check_motor(
         yield from (RuleResult.skip(rule, "no robot was named. Add --robot FILE") for rule in RULES)
         return
     if not person.confirm("lift", LIFT_INSTRUCTION.format(motor=motor.name)):
-        yield from (RuleResult.skip(rule, "it was not confirmed that the wheels are in the air") for rule in RULES)
+        yield from (
+            RuleResult.skip(rule, "the user did not confirm that the wheels are off the ground") for rule in RULES
+        )
         return
     action: Action
     for rule, topic, action in (
@@ -70,21 +75,44 @@ def check_motor(
         ("motor-deadman", "deadman", "hang"),
     ):
         write(f"{rule}: the wheel turns")
-        duration_s = 1.5 if action == "drive" else 5.0
+        duration_s = {"drive": 1.5, "hang": 5.0, "stop": ANSWER_S}[action]
         request = MotorProgramRequest(
-            robot, motor.name, motor.max_velocity_rad_s * VELOCITY_SHARE, action, duration_s=duration_s, hang_s=HANG_S
+            robot,
+            motor.name,
+            motor.max_velocity_rad_s * VELOCITY_SHARE,
+            action,
+            duration_s=duration_s,
+            hang_s=HANG_S,
+            rest_after_s=ANSWER_S if action == "stop" else 0.0,
         )
         with run_program(request) as program:
-            result = program.await_event("result", START_S + duration_s)
-            failure = "" if result else program.describe_failure()
-        yield _build_result(rule, topic, result, failure, person)
+            if action == "stop":
+                yield _ask_during_run(rule, topic, program, person)
+            else:
+                yield _ask_after_run(rule, topic, program, START_S + duration_s, person)
 
 
-def _build_result(
-    rule: str, topic: str, result: Mapping[str, object] | None, failure: str, person: LoopbackPerson
+def _ask_during_run(rule: str, topic: str, program: LoopbackProgram, person: LoopbackPerson) -> RuleResult:
+    """Ask while the run goes on, because its end would stop the wheel too."""
+    if program.await_event("stop") is None:
+        return RuleResult.fail(rule, f"the run failed: {program.describe_failure()}")
+    result = _ask(rule, topic, person)
+    if result.verdict is Verdict.PASSED and program.await_event("result", timeout_s=0.0) is not None:
+        return RuleResult.skip(rule, f"the run had ended. Answer within {ANSWER_S:g} s")
+    return result
+
+
+def _ask_after_run(
+    rule: str, topic: str, program: LoopbackProgram, timeout_s: float, person: LoopbackPerson
 ) -> RuleResult:
+    result = program.await_event("result", timeout_s)
     if result is None or result["exit_status"]:
-        return RuleResult.skip(rule, f"the run failed: {failure or (result or {})['reason']}")
+        reason = result["reason"] if result else program.describe_failure()
+        return RuleResult.fail(rule, f"the run failed: {reason}")
+    return _ask(rule, topic, person)
+
+
+def _ask(rule: str, topic: str, person: LoopbackPerson) -> RuleResult:
     question, choices = QUESTIONS[topic]
     answer = person.choose(topic, question, choices)
     if answer is None:

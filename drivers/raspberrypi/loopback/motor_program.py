@@ -75,11 +75,12 @@ class LoopbackApp(Behaviour):
         request, motor = self.request, robot.motors[self.request.motor]
         self._times.append(read_timer())
         is_over = self._times[-1] - self._times[0] > request.duration_s
-        if is_over or self._trials >= request.trials or os.getppid() != self._parent:
+        rest = RESTING_TICKS + round(request.rest_after_s * request.rate_hz)
+        is_done = self._trials >= request.trials and self._ticks == DRIVING_TICKS + rest
+        if is_over or is_done or os.getppid() != self._parent:
             motor.stop()
             report("ticks", times=self._times, **read_priority_and_locked_memory())
             return Status.SUCCESS
-        rest = RESTING_TICKS + round(request.rest_after_s * request.rate_hz)
         self._ticks = (self._ticks + 1) % (DRIVING_TICKS + rest + 1)
         if request.action in ("tick", "drive") or self._ticks <= DRIVING_TICKS:
             motor.set_velocity(request.rad_s)

@@ -85,7 +85,7 @@ class PiLoopbackTest(LoopbackTest):
         yield from motor_off_ground.check_motor(self._motor, reference, person, write)
 
     def _measure_over_wires(self, write: Callable[[str], object]) -> Iterator[RuleResult]:
-        problem = ""
+        problem = lost = ""
         for wire in self.wires:
             found = self._find_problem(wire, is_searching_pins=True)
             yield RuleResult.from_measurement(
@@ -96,11 +96,11 @@ class PiLoopbackTest(LoopbackTest):
             for rules, measure in self._list_steps(Path(folder), write):
                 if problem:
                     yield from (RuleResult.skip(rule, problem) for rule in rules)
-                    continue
-                yield from self._measure_step(rules, measure)
-                problem = next(filter(None, map(self._find_problem, self.wires)), "")
-                if problem:
-                    write(f"A wire was lost: {problem}")
+                elif lost:
+                    yield from (RuleResult.fail(rule, f"a wire was lost: {lost}") for rule in rules)
+                else:
+                    yield from self._measure_step(rules, measure)
+                    lost = next(filter(None, map(self._find_problem, self.wires)), "")
 
     def _list_steps(self, folder: Path, write: Callable[[str], object]) -> Iterator[tuple[tuple[str, ...], Measure]]:
         levels, pwm = outputs.RULES[:2], outputs.RULES[2:]
@@ -126,16 +126,16 @@ class PiLoopbackTest(LoopbackTest):
             yield from measure(self.wires, pins)
 
     def _measure_step(self, rules: tuple[str, ...], measure: Measure) -> Iterator[RuleResult]:
-        """Yield the results of a step. Its rules that a failed device leaves without a result are skipped."""
+        """Yield the results of a step. If a device fails, its rules without a result fail too."""
         done = set()
-        reason = "not measured"
         try:
             for result in measure():
                 done.add(result.rule)
                 yield result
         except (DeviceError, BackendError) as error:
-            reason = str(error)
-        yield from (RuleResult.skip(rule, reason) for rule in rules if rule not in done)
+            yield from (RuleResult.fail(rule, str(error)) for rule in rules if rule not in done)
+        else:
+            yield from (RuleResult.skip(rule, "not measured") for rule in rules if rule not in done)
 
     def _find_problem(self, wire: LoopbackWire, *, is_searching_pins: bool = False) -> str:
         ends = {gpio for each in self.wires for gpio in (each.output, each.input)}

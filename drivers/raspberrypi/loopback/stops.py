@@ -10,7 +10,7 @@ from typing import Any, NamedTuple
 
 from drivers.raspberrypi.cutoff import RELEASE_S
 from drivers.raspberrypi.loopback.board import MAX_RAD_S, MOTOR, write_loopback_robot
-from drivers.raspberrypi.loopback.edges import EdgeRecorder
+from drivers.raspberrypi.loopback.edges import EdgeRecorder, StopTrial
 from drivers.raspberrypi.loopback.motor_program import Action, MotorProgramRequest
 from drivers.raspberrypi.loopback.processes import LoopbackProgram, run_program
 from drivers.raspberrypi.loopback.ticks import compute_lease
@@ -68,25 +68,29 @@ def _measure(way: StopWay, robot: str, wires: Sequence[LoopbackWire], pins: Any)
     request = MotorProgramRequest(
         robot, MOTOR, MAX_RAD_S, way.action, trials=TRIALS if is_repeated else 1, rate_hz=RATE_HZ, rest_after_s=0.5
     )
-    times: list[float | None] = []
+    trials: list[StopTrial] = []
     with EdgeRecorder(wires[0].input, pins) as forward, EdgeRecorder(wires[1].input, pins) as backward:
         for _ in range(1 if is_repeated else TRIALS):
             with run_program(request) as program:
                 if program.await_event("driving") is None:
-                    return RuleResult.skip(way.rule, f"the run failed: {program.describe_failure()}")
+                    return RuleResult.fail(way.rule, f"the run failed: {program.describe_failure()}")
                 if not _is_turning(forward, pins):
-                    return RuleResult.skip(way.rule, "the pin did not become high. Check wire 1")
-                times += [_stop_once(way, program, forward, pins) for _ in range(request.trials)]
+                    return RuleResult.fail(way.rule, "the pin did not become high. Check wire 1")
+                for _ in range(request.trials):
+                    trial = _stop_once(way, program, forward, pins)
+                    if trial is None:
+                        return RuleResult.fail(way.rule, f"the run failed: {program.describe_failure()}")
+                    trials.append(trial)
         others = len(backward.edges)
-    return _build_result(way, times, others)
+    return build_stop_result(way, trials, others)
 
 
 def _is_turning(forward: EdgeRecorder, pins: Any) -> bool:
     return forward.is_high or forward.wait_for(is_high=True, since=pins.ticks(), timeout_s=2.0) is not None
 
 
-def _stop_once(way: StopWay, program: LoopbackProgram, forward: EdgeRecorder, pins: Any) -> float | None:
-    """Stop the motor, and return the seconds until its pin was low; None if it was not low in time, or rose again."""
+def _stop_once(way: StopWay, program: LoopbackProgram, forward: EdgeRecorder, pins: Any) -> StopTrial | None:
+    """Stop the motor, and return how soon its pin was low; None if the program ended before."""
     if way.signal_number:
         at = float(pins.ticks())
         program.send_signal(way.signal_number)
@@ -100,20 +104,26 @@ def _stop_once(way: StopWay, program: LoopbackProgram, forward: EdgeRecorder, pi
     )
 
 
-def _build_result(way: StopWay, times: Sequence[float | None], others: int) -> RuleResult:
-    bound = f"at most {way.bound_s * 1e3:.0f} ms"
-    low = [each for each in times if each is not None]
-    worst = max(low, default=0.0)
-    is_met = len(low) == len(times) and worst <= way.bound_s and not others
-    still = f", {len(times) - len(low)} of {len(times)} times still high" if len(low) < len(times) else ""
+def build_stop_result(way: StopWay, trials: Sequence[StopTrial], others: int) -> RuleResult:
+    """Return whether the pin became low in time in each trial.
+
+    others: the number of edges at the pin of the other direction, which must stay low.
+    """
+    count = len(trials)
+    low = [trial.low_after_s for trial in trials if trial.low_after_s is not None]
+    turning = sum(trial.was_high for trial in trials)
+    worst = f"worst {max(low) * 1e3:.1f} ms" if low else "no stop was measured"
+    still = f", {turning - len(low)} of {count} times still high" if len(low) < turning else ""
+    standing = f", {count - turning} of {count} times low before the stop" if turning < count else ""
     return RuleResult.from_measurement(
         way.rule,
-        f"worst {worst * 1e3:.1f} ms of {len(times)}{still}",
-        bound,
-        is_met=is_met,
-        reason="Do not drive with this Pi before you know why. Send the report",
-        worst_ms=round(worst * 1e3, 3),
-        trials=len(times),
-        still_high=len(times) - len(low),
+        f"{worst} of {count}{still}{standing}" if low else f"{worst}{still}{standing}",
+        f"at most {way.bound_s * 1e3:.0f} ms",
+        is_met=len(low) == count and max(low) <= way.bound_s and not others,
+        reason="Do not drive with this Pi. Send the report",
+        trials=count,
+        still_high=turning - len(low),
+        low_before=count - turning,
         edges_backward=others,
+        **({"worst_ms": round(max(low) * 1e3, 3)} if low else {}),
     )

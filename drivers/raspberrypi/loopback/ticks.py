@@ -79,7 +79,7 @@ def measure_ticks(
         with load_processors() as load, run_program(request) as program:
             ticks = program.await_event("ticks", START_S + duration_s)
             if ticks is None:
-                yield RuleResult.skip(rule, f"the run failed: {program.describe_failure()}")
+                yield RuleResult.fail(rule, f"the run failed: {program.describe_failure()}")
                 continue
             result = program.await_event("result") or {}
         if is_real_time and not ticks["priority"]:

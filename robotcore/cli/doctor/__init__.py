@@ -111,6 +111,11 @@ def command(
     ground. It writes a report without private data. The exit status is 1 if a rule failed.
     """
     if row:
+        others = {option: loopback_options[name] for name, option in _LOOPBACK_OPTIONS.items()}
+        _refuse_beside_row(
+            {**others, "robot": robot, "backend": backend, "port": port, "option": options}
+            | {"loopback": loopback, "json": as_json}
+        )
         from robotcore.cli.doctor.loopback_report import format_row
 
         write_line(format_row(row))
@@ -133,6 +138,14 @@ def command(
         write_line()
         write_line(f"{pluralize(errors, 'error')}, {pluralize(warnings, 'warning')}")
     return status
+
+
+def _refuse_beside_row(given: Mapping[str, object]) -> None:
+    for name, value in given.items():
+        if value:
+            option = f"--{name.replace('_', '-')}"
+            text = f"{option} has no effect with --row. Leave it out"
+            raise UsageError(text, kind="option-without-effect", option=option)
 
 
 _LOOPBACK_OPTIONS = {

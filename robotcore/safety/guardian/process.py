@@ -19,6 +19,7 @@ from robotcore.hal.clock import Clock
 from robotcore.hal.cutoff import Cutoff, CutoffSpec, UnconfirmedStop, merge_cutoffs
 from robotcore.hal.wall_clock import MonotonicClock
 from robotcore.safety.guardian.protocol import BEGIN_LEASE, END, Assignment, GuardianReply, read_line, receive
+from robotcore.safety.real_time import lock_memory, read_priority_and_locked_memory
 from robotcore.threads import start_thread
 
 Action = Literal["open", "arm", "disarm", "stop", "close"]
@@ -138,6 +139,8 @@ def main() -> None:
     link = receive_link(sys.argv[1])
     with suppress(EOFError):
         assignment = Assignment.from_line(read_line(link))
+        if read_priority_and_locked_memory()["priority"]:  # the app runs with --rt, and reports if this is refused
+            lock_memory()
         try:
             guardian = GuardianProcess(link, assignment)
         except ResourceError as error:

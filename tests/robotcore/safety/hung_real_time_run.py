@@ -36,6 +36,7 @@ class HungApp(Behaviour):
     way: str = "python"
     ticks: int = 0
     hung_at: float = 0.0
+    diary: Path = Path()
 
     def step(self, robot: Robot) -> Status:
         robot.drive.set_velocity(0.1, 0.0)
@@ -43,7 +44,7 @@ class HungApp(Behaviour):
         if self.ticks == HANG_AT:
             assert read_priority_and_locked_memory()["priority"] == 20
             self.hung_at = read_timer()
-            write_event(event="hangs")
+            write_event(event="hangs", time=self.hung_at, diary=str(self.diary))
             while self.way == "python":
                 pass
             sum(range(COUNT))  # a loop in C, which neither gives the lock away nor handles signals
@@ -54,7 +55,7 @@ def main() -> None:
     """Execute the run. The way to hang is a line on standard input."""
     app = HungApp(way=sys.stdin.readline().strip())
     with TemporaryDirectory() as folder, patch("robotcore.runtime.plan.load_backend", lambda _: LoggingBackend()):
-        diary = Path(folder, "diary")
+        diary = app.diary = Path(folder, "diary")
         result = run(
             RunRequest(app, "logging", options={"diary": str(diary), "is_guarded": True}, has_real_time_priority=True)
         )

@@ -2,6 +2,7 @@ from __future__ import annotations
 
 import json
 import os
+import shutil
 import signal
 import subprocess
 import sys
@@ -28,6 +29,8 @@ from robotcore.safety.real_time import (
     require_real_time,
     set_priority,
 )
+from robotcore.threads import start_thread
+from tests.robotcore.safety.guardian.recorder import notes
 from tests.texts import CheckText, Raises
 
 linux = pytest.mark.skipif(not hasattr(os, "sched_setscheduler"), reason="needs Linux")
@@ -119,9 +122,8 @@ def test_the_tick_has_its_priority_until_the_end_and_the_threads_that_stop_motor
 
     soft, handler = resource.getrlimit(resource.RLIMIT_RTTIME)[0], signal.getsignal(signal.SIGXCPU)
     is_over = threading.Event()
-    watchdog, other = (threading.Thread(target=is_over.wait, name=name) for name in ("watchdog", "app"))
-    for thread in (watchdog, other):
-        thread.start()
+    watchdog = start_thread(is_over.wait, "a stop", stops_motors=True)
+    other = start_thread(is_over.wait, "watchdog")
     ticks = RealTimeTicks(print, has_guardian=True)
     try:
         assert read_priority_and_locked_memory()["priority"] == 0
@@ -185,7 +187,8 @@ def test_an_app_that_blocks_the_interpreter_at_real_time_priority_is_killed_and_
     assert hung.stdout
     hung.stdin.write("c\n")
     hung.stdin.flush()
-    assert json.loads(hung.stdout.readline())["event"] == "hangs"
+    begin = json.loads(hung.stdout.readline())
+    assert begin["event"] == "hangs"
     start = monotonic()
     waits = []
     while hung.poll() is None and monotonic() - start < 30:
@@ -196,6 +199,10 @@ def test_an_app_that_blocks_the_interpreter_at_real_time_priority_is_killed_and_
     assert hung.returncode == -signal.SIGKILL
     assert monotonic() - start < 15
     assert max(waits) < 3
+    diary = Path(begin["diary"])
+    stops = [note.time for note in notes(diary) if note.action.startswith("stop") and note.time > begin["time"]]
+    shutil.rmtree(diary.parent)
+    assert min(stops) - begin["time"] < 2
 
 
 @granted

@@ -115,7 +115,7 @@ def test_a_wire_that_is_lost_during_the_test_ends_the_measurements_and_every_pin
         program.wait(scaled(WHOLE_S))
     found = read_verdicts(read(report))
     assert found["levels"] == "passed"
-    assert {found[stop] for stop in STOPS} == {"skipped"}
+    assert {found[stop] for stop in STOPS} == {"failed"}
     assert has_free_low_pins(chip)
 
 

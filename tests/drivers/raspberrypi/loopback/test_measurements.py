@@ -1,15 +1,20 @@
 from __future__ import annotations
 
+from collections.abc import Iterator
 from typing import Any
 
 import pytest
 
 from drivers.raspberrypi.loopback.echoes import measure_echoes
+from drivers.raspberrypi.loopback.edges import StopTrial
 from drivers.raspberrypi.loopback.encoder_edges import measure_encoders
 from drivers.raspberrypi.loopback.outputs import measure_levels, measure_pwm
 from drivers.raspberrypi.loopback.percentiles import Percentiles
+from drivers.raspberrypi.loopback.raspberry_pi import PiLoopbackTest
+from drivers.raspberrypi.loopback.stops import WAYS, build_stop_result
 from drivers.raspberrypi.loopback.ticks import Jitter, build_jitter_result
-from robotcore.hal.loopback import RuleResult, Verdict
+from robotcore.errors import DeviceError
+from robotcore.hal.loopback import LoopbackRequest, RuleResult, Verdict
 from tests.drivers.raspberrypi.loopback.conftest import WIRES
 
 SWAPPED = (WIRES[1]._replace(output=WIRES[0].output), WIRES[0]._replace(output=WIRES[1].output))
@@ -99,3 +104,36 @@ def test_ticks_fail_if_more_than_one_in_a_hundred_is_late_by_half_a_period(late_
 def test_ticks_fail_if_the_deadman_had_stopped_the_motors_once() -> None:
     times = [number * 0.05 + (0.076 if number >= 500 else 0.0) for number in range(1000)]
     assert build_jitter_result("ticks-20hz", Jitter.from_times(times, 20.0), 20.0).verdict is Verdict.FAILED
+
+
+@pytest.mark.parametrize(
+    "low_after_s, was_high, verdict",
+    [
+        (0.02, True, Verdict.PASSED),
+        (0.2, True, Verdict.FAILED),
+        (None, True, Verdict.FAILED),
+        (None, False, Verdict.FAILED),
+    ],
+)
+def test_a_stop_passes_only_if_the_motor_turned_before_and_its_pin_was_low_in_time(
+    low_after_s: float | None, was_high: bool, verdict: Verdict
+) -> None:
+    trials = [StopTrial(was_high=True, low_after_s=0.01), StopTrial(was_high, low_after_s)]
+    result = build_stop_result(WAYS[0], trials, others=0)
+    assert result.verdict is verdict
+    assert result.values["low_before"] == (not was_high)
+
+
+def test_a_motor_that_turned_in_no_trial_has_no_time_of_a_stop() -> None:
+    result = build_stop_result(WAYS[0], [StopTrial(was_high=False, low_after_s=None)], others=0)
+    assert (result.verdict, result.values.get("worst_ms")) == (Verdict.FAILED, None)
+
+
+def test_the_rules_that_a_failed_device_leaves_without_a_result_fail() -> None:
+    def measure() -> Iterator[RuleResult]:
+        yield RuleResult.from_measurement("a", "1", "1", is_met=True)
+        raise DeviceError("motor", "it was unplugged", kind="unplugged")
+
+    request = LoopbackRequest(wires=((20, 21), (19, 26)))
+    found = list(PiLoopbackTest(request, ())._measure_step(("a", "b", "c"), measure))
+    assert [each.verdict for each in found] == [Verdict.PASSED, Verdict.FAILED, Verdict.FAILED]

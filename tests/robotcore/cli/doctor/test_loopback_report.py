@@ -111,3 +111,12 @@ def test_a_wire_is_two_gpios(cli: Cli, check_text: CheckText) -> None:
     answer = cli("doctor", "--loopback", "--wire", "20-21")
     assert answer.status == 2
     check_text(answer.err)
+
+
+@pytest.mark.parametrize(
+    "options", [("--loopback",), ("--robot", "rover"), ("--wire", "20:21"), ("--rt",), ("--port", "7")], ids=" ".join
+)
+def test_an_option_beside_row_is_refused(cli: Cli, tmp_path: Path, options: tuple[str, ...]) -> None:
+    answer = cli("doctor", "--row", str(tmp_path / "pi.json"), *options)
+    assert answer.status == 2
+    assert options[0] in answer.err
