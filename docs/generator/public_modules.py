@@ -19,6 +19,7 @@ PUBLIC_MODULES: dict[str, list[str]] = {
         "robotcore.runtime.result",
         "robotcore.runtime.observer",
         "robotcore.runtime.trace",
+        "robotcore.runtime.tick_statistics",
         "robotcore.safety.velocity_limits",
         "robotcore.safety.latch",
         "robotcore.runtime.operator_input",
@@ -63,7 +64,7 @@ PUBLIC_MODULES: dict[str, list[str]] = {
     ],
     "Geometry": ["robotcore.geometry"],
     "Errors": ["robotcore.errors"],
-    "Tests": ["robotcore.testing"],
+    "Tests": ["robotcore.testing", "robotcore.testing.bench"],
     "Faults": ["robotcore.runtime.faults", "robotcore.runtime.layers.base"],
     "Descriptions of robots and worlds": ["robotcore.description"],
     "Recordings": [

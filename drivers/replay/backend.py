@@ -31,7 +31,7 @@ class ReplayOptions(StrictModel):
     keeps_safety_rules: bool = False
     """Whether the robot has the safety rules of the recorded run, to verify their recorded interventions.
 
-    Otherwise two rules are relaxed, see `_relax_rules`.
+    Otherwise ``follow_s`` and ``max_age_s`` are longer than the recording, so that a changed app is not stopped.
     """
 
 

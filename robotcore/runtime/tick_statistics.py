@@ -10,6 +10,8 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+__all__ = ["PhaseTimes", "TickStatistics"]
+
 LEAST_S = 1e-7
 """The least duration that is distinguished from 0, in seconds."""
 
@@ -24,7 +26,13 @@ BATCH = 1000
 
 
 class PhaseTimes(NamedTuple):
-    """The durations of the phases of one tick, in seconds. Their sum is the duration of the tick."""
+    """The durations of the phases of one tick, in seconds. Their sum is the duration of the tick.
+
+    >>> from robotcore.runtime.tick_statistics import PhaseTimes
+    >>> times = PhaseTimes(read=0.001, decide=0.002, guard=0.0, commit=0.0, record=0.0, sleep=0.047)
+    >>> round(sum(times), 6)
+    0.05
+    """
 
     read: float
     """The reads of sensors, also those that the app, the odometry and the range guard cause."""
@@ -49,6 +57,7 @@ class TickStatistics:
     The time of a sensor's read belongs to ``read``, though it happens in the app's step. Only ticks that have ended
     with their sleep count.
 
+    >>> from robotcore.runtime.tick_statistics import PhaseTimes, TickStatistics
     >>> statistics = TickStatistics()
     >>> statistics.add(PhaseTimes(0.001, 0.002, 0.0, 0.0, 0.0, 0.047))
     >>> statistics.summarise()["decide"]

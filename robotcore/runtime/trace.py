@@ -12,7 +12,7 @@ from robotcore.geometry import Wheels
 from robotcore.hal.value_log import NOTHING_LOGGED, LoggedValue
 from robotcore.safety.velocity_limits import Intervention
 
-__all__ = ["TickRecord"]
+__all__ = ["MonitoredValue", "TickRecord", "Trace"]
 
 _COMMAND = struct.Struct("<dd")
 
@@ -20,6 +20,7 @@ _COMMAND = struct.Struct("<dd")
 class MonitoredValue(NamedTuple):
     """The value of a sensor that the run reads by itself.
 
+    >>> from robotcore.runtime.trace import MonitoredValue
     >>> str(MonitoredValue(7.412, "V"))
     '7.41 V'
     """
@@ -91,6 +92,8 @@ class Trace:
 
     milestones: the names of the app's milestones.
 
+    >>> from robotcore.geometry import Wheels
+    >>> from robotcore.runtime.trace import TickRecord, Trace
     >>> trace = Trace(("seen",))
     >>> trace.add(TickRecord(0, 0.0, "search", Wheels(2.0, -2.0), Wheels(2.0, -2.0), ()))
     >>> trace.add(TickRecord(1, 0.05, "seen", None, None, ()))
@@ -102,10 +105,13 @@ class Trace:
         self._awaited = set(milestones)
         self._hash = hashlib.sha256()
         self.ticks = 0
+        """The number of ticks."""
         self.interventions = 0
+        """The number of interventions of safety rules."""
         self.milestones: dict[str, float] = {}
         """The time of each milestone that was reached, in seconds."""
         self.warnings: list[str] = []
+        """The warnings of all ticks, in their order."""
         self.voltages: dict[str, dict[str, float]] = {}
         """For each sensor whose voltage the run monitors, the lowest and the last one: ``lowest_v``, ``last_v``."""
         self._monitored: Mapping[str, MonitoredValue] = {}

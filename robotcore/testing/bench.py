@@ -26,6 +26,8 @@ from robotcore.testing import worlds
 from robotcore.testing.fakes import Gate
 from robotcore.testing.plugin import UNMEASURED_MOTION
 
+__all__ = ["Motion", "TestBench"]
+
 RATE_HZ = 20.0
 SETTLING_S = 0.5
 """The wheels must turn at the commanded velocity after this time, in seconds."""
@@ -78,7 +80,12 @@ class TestSupport(str, Enum):
 
 
 class Motion(NamedTuple):
-    """A motion of the robot, with x and y along the axes of its pose before the motion."""
+    """A motion of the robot, with x and y along the axes of its pose before the motion.
+
+    >>> from robotcore.testing.bench import Motion
+    >>> Motion(forward=0.5, left=0.0, turn=0.1).forward
+    0.5
+    """
 
     forward: float
     """The motion along the x axis, in metres."""
@@ -91,7 +98,17 @@ class Motion(NamedTuple):
 
 
 class TestBench:
-    """The test bench on which the rules test a backend. A suite sets ``backend``, and other attributes if necessary."""
+    """The test bench on which the rules test a backend. A suite sets ``backend``, and other attributes if necessary.
+
+    >>> from drivers.kinematic.backend import KinematicBackend
+    >>> from robotcore.testing import TestSupport
+    >>> from robotcore.testing.bench import TestBench
+    >>> class KinematicBench(TestBench):
+    ...     backend = KinematicBackend
+    ...     lacks = {TestSupport.SLOW_HARDWARE: "a simulator has no hardware"}
+    >>> KinematicBench().description.name
+    'rover'
+    """
 
     backend: ClassVar[type[Backend]]
     """The backend to test."""
