@@ -173,7 +173,7 @@ def call(
 
 
 def find_result_problems(clone: Path, workflow: Workflow) -> Iterator[str]:
-    """Yield what is wrong with the files that a workflow uploads."""
+    """Yield the problems of the files that a workflow uploads."""
     for pattern in workflow.results:
         if not any(clone.glob(pattern.rstrip("/"))):
             yield f"there is no {pattern}"

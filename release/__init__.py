@@ -1,1 +1,1 @@
-"""What a release needs besides the code."""
+"""The check of a release."""

@@ -95,7 +95,7 @@ def _is_date(text: str) -> bool:
 
 
 def read_version(root: Path) -> str:
-    """Return the version in ``pyproject.toml``, which is its only place."""
+    """Return the version in ``pyproject.toml``. No other file has it."""
     project = tomllib.loads((root / "pyproject.toml").read_text(encoding="utf-8"))["project"]
     return str(project["version"])
 

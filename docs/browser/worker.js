@@ -16,7 +16,7 @@ onmessage = async ({ data }) => {
   try {
     postMessage(await runApp(data));
   } catch (error) {
-    postMessage({ status: `The run is not possible: ${error.message}`, state: "error" });
+    postMessage({ status: `The run failed: ${error.message}`, state: "error" });
   }
 };
 

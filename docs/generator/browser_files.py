@@ -1,4 +1,4 @@
-"""The generated files beside the page that runs an app in the browser: the runs of the desk, and the wheel."""
+"""The generated files beside the page that runs an app in the browser: runs on Linux to compare, and the wheel."""
 
 from __future__ import annotations
 

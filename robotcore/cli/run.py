@@ -101,7 +101,7 @@ _FIRST_SIMULATOR = "pybullet"
     "--rt",
     "has_real_time_priority",
     is_flag=True,
-    help="Give the ticks the real-time priority of Linux, and lock the memory, on a real robot: docs/safety.md.",
+    help="Give the ticks the real-time priority of Linux, and lock the memory, on a real robot.",
 )
 @click.option("--keys", is_flag=True, help="Drive by the keys of the terminal in place of the app, in real time.")
 @click.option("--json", "as_json", is_flag=True, help="Print one line of JSON at the end, and nothing else.")

@@ -86,7 +86,7 @@ class _SweepCommand(AnsweringCommand):
     "--junit",
     metavar="FILE.xml",
     type=click.Path(path_type=Path),
-    help="Write each run and each bound as a test case in JUnit XML, which CI servers read.",
+    help="Write each run and each requirement as a test case in JUnit XML, which CI servers read.",
 )
 @click.option(
     "--badge",

@@ -81,7 +81,7 @@ class DeployTable(StrictModel):
     view: Annotated[int, Field(ge=MIN_VIEW_PORT, le=MAX_VIEW_PORT)] | None = None
     """The port of the robot's 127.0.0.1 at which the app has its live page; None without a page."""
     rt: bool = False
-    """Whether the ticks of the app have real-time priority on the robot: see docs/safety.md."""
+    """Whether the ticks of the app have real-time priority on the robot. See the page "Safety"."""
     seeds: Text = "1-3"
     require: Texts = ()
     extras: Texts = ()

@@ -61,7 +61,7 @@ class RuleResult:
 
 @dataclass(frozen=True)
 class LoopbackRequest:
-    """What a loopback test shall do, as the user gives it."""
+    """The options of a loopback test, as the user gives them."""
 
     robot: RobotDescription | None = None
     """The robot with the motor to test; None to test no motor."""

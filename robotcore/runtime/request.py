@@ -63,7 +63,7 @@ class RunRequest:
     has_operator: bool = False
     """Whether a person may drive the robot in place of the app, by ``RunContext.operator``."""
     has_real_time_priority: bool = False
-    """Whether the thread of the ticks has the real-time priority of Linux, on a real robot. See docs/safety.md."""
+    """Whether the thread of the ticks has the real-time priority of Linux, on a real robot. See the page "Safety"."""
     has_separate_motors: bool = False
     """Whether the app commands each motor and the steering servo separately. The robot then has no drive.
 

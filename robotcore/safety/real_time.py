@@ -47,7 +47,7 @@ NO_GUARDIAN = (
 REMEDY = (
     "Write two lines with your user's name into /etc/security/limits.d/robotcore.conf, and log in again: "
     f"'USER - rtprio {STOP_PRIORITY}' and 'USER - memlock unlimited'. For a service of systemd: "
-    f"LimitRTPRIO={STOP_PRIORITY} and LimitMEMLOCK=infinity, see docs/safety.md"
+    f'LimitRTPRIO={STOP_PRIORITY} and LimitMEMLOCK=infinity, see the page "Safety" of the documentation'
 )
 
 

@@ -89,7 +89,7 @@ def _drop_redirections(words: Sequence[str]) -> Iterator[str]:
 
 
 def find_mistake(words: Sequence[str]) -> str:
-    """Return what is wrong with a command in the current folder; ``""`` if nothing is."""
+    """Return the problem of a command in the current folder; ``""`` if it has none."""
     program, *arguments = words
     if program == "robotcore":
         return _find_mistake_of_robotcore(arguments)

@@ -44,7 +44,7 @@ def list_anchors(page: str) -> tuple[set[str], set[str]]:
 
 
 def find_mistake(page: str, link: str) -> str:
-    """Return what is wrong with a relative link of a page; ``""`` if nothing is."""
+    """Return the problem of a relative link of a page; ``""`` if it has none."""
     path, _, anchor = link.partition("#")
     target = ((ROOT / page).parent / path).resolve() if path else ROOT / page
     if not target.exists():

@@ -33,7 +33,7 @@ BLOCK_S = 3
 
 @dataclass
 class MotorProgramRequest:
-    """What the program does."""
+    """The order for the motor program."""
 
     robot: str
     """The name or file of the robot."""

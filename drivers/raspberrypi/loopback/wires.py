@@ -68,7 +68,7 @@ def choose_wires(given: Sequence[tuple[int, int]], used: dict[int, str]) -> tupl
     """
     pairs = tuple(given) or _find_free_pairs(used)
     if len(pairs) != COUNT:
-        text = f"the test needs {COUNT} wires, and {len(pairs)} is given. Name both: --wire 20:21 --wire 19:26"
+        text = f"the test needs {COUNT} wires, got {len(pairs)}. Name both: --wire 20:21 --wire 19:26"
         raise UsageError(text, kind="wire-count", wires=len(pairs))
     seen: set[int] = set()
     for gpio in (gpio for pair in pairs for gpio in pair):
@@ -85,7 +85,7 @@ def _find_free_pairs(used: Collection[int]) -> tuple[tuple[int, int], ...]:
     left = [gpio for gpio in GPIOS if gpio not in (*used, *RESERVED, *(pin for pair in pairs for pin in pair))]
     pairs += zip(left[::2], left[1::2], strict=False)
     if len(pairs) < COUNT:
-        text = "the robot leaves less than four GPIOs free. Disconnect a device, and name its pins with --wire"
+        text = "the robot leaves fewer than four GPIOs free. Disconnect a device, and name its pins with --wire"
         raise UsageError(text, kind="no-free-pins")
     return tuple(pairs[:COUNT])
 
@@ -103,7 +103,7 @@ def _require_usable(gpio: int, used: dict[int, str]) -> None:
 
 
 def find_problem(wire: LoopbackWire, pins: Any, others: Iterable[int] = ()) -> str:
-    """Return what is wrong with a wire, and the remedy; an empty text if it connects its two pins.
+    """Return the problem of a wire and its remedy; an empty text if it connects its two pins.
 
     Only the weak pull of the output's pin drives the wire. So a wire on a supply pad does no harm.
 

@@ -42,7 +42,7 @@ PROJECT_FOLDER = click.Path(path_type=Path, exists=True, file_okay=False)
 @click.option("--no-record", is_flag=True, help="Do not record runs on the robot.")
 @click.option("--record-last", metavar="DURATION", help="Keep this end of each run on the robot: 10min, or all.")
 @click.option("--view", "has_view", is_flag=True, help="Run the app with a live page, for `robotcore deploy view`.")
-@click.option("--rt", "is_real_time", is_flag=True, help="Give the app's ticks real-time priority: docs/safety.md.")
+@click.option("--rt", "is_real_time", is_flag=True, help="Give the app's ticks real-time priority.")
 @click.option("--skip-checks", is_flag=True, help="Skip the tests, the check and the simulation.")
 @click.option("--offline", is_flag=True, help="Send the wheels too, for a robot without a network.")
 @click.option(

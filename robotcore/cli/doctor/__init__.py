@@ -57,12 +57,10 @@ def parse_wire(value: str) -> tuple[int, int]:
     metavar="OUT:IN",
     type=parse_wire,
     multiple=True,
-    help="Connect these GPIOs by one of the two wires. Give it twice. Default: pins that the robot does not use.",
+    help="The GPIOs of one wire, output and input. Give the option twice. Default: free pins of the robot.",
 )
 @click.option("--motor", metavar="NAME", help="Test this motor of the robot, off the ground. Default: the first one.")
-@click.option(
-    "--rt", "is_real_time", is_flag=True, help="Also measure the ticks with real-time priority: docs/safety.md."
-)
+@click.option("--rt", "is_real_time", is_flag=True, help="Also measure the ticks with real-time priority.")
 @click.option(
     "--tick-test",
     "tick_test_s",
@@ -88,7 +86,7 @@ def parse_wire(value: str) -> tuple[int, int]:
     "--row",
     metavar="FILE",
     type=click.Path(path_type=Path),
-    help="Print the row of a report for the table in QUALITY.md, and nothing else.",
+    help="Print this report as a row for the table in drivers/raspberrypi/QUALITY.md, and exit.",
 )
 @as_json
 def command(
@@ -106,8 +104,8 @@ def command(
 
     Prints each finding, with a remedy if something is wrong. The exit status is 1 if there is an error.
 
-    With --loopback, you connect two pairs of pins of a Raspberry Pi by jumper wires. The command measures over them the
-    pins, the drivers, the ticks, and how soon each way to stop acts. With --robot, it also tests a motor off the
+    With --loopback, you connect two pairs of pins of a Raspberry Pi by jumper wires. It measures the
+    pins, the drivers, the ticks and the time of each kind of stop. With --robot, it also tests a motor off the
     ground. It writes a report without private data. The exit status is 1 if a rule failed.
     """
     if row:
@@ -123,7 +121,7 @@ def command(
     if loopback:
         return _test_loopback(robot, backend, merge_options(options, port=port), loopback_options, as_json=as_json)
     given = {_LOOPBACK_OPTIONS[name]: bool(value) for name, value in loopback_options.items()}
-    refuse_without("--loopback", "Add it", **given)
+    refuse_without("--loopback", "Add --loopback", **given)
     if not (robot and backend):
         refuse_without("--robot and --backend", "Add both", port=port is not None, option=bool(options))
     found = _diagnose(robot, backend, merge_options(options, port=port))

@@ -110,7 +110,7 @@ def _check_answers(test: LoopbackTest, answers: Iterable[tuple[str, str]]) -> di
     known = test.topics
     for topic, answer in answers:
         if topic not in known:
-            raise UnknownNameError("question", topic, list(known))
+            raise UnknownNameError("topic", topic, list(known))
         if answer not in known[topic]:
             text = f"--answer {topic}={answer}: the answers are {', '.join(known[topic])}. Take one of them"
             raise UsageError(text, kind="unknown-answer", topic=topic, answer=answer)
@@ -130,5 +130,5 @@ def _write_result(result: RuleResult) -> None:
 def _write_end(report: LoopbackReport, file: Path) -> None:
     write_line()
     write_line(f"{report.count('passed')} passed, {report.count('failed')} failed, {report.count('skipped')} skipped")
-    write_line(f"The report: {file}. It has no names, numbers or paths of yours. Read it, then send it:")
-    write_line("docs/raspberry-pi.md#test-your-pi says where")
+    write_line(f"The report: {file}. It has no host name, user name, serial number or path.")
+    write_line('Read it and send it: "Test your Pi" in the page "Raspberry Pi" of the documentation')

@@ -79,7 +79,7 @@ def _build_unwritable_error(file: Path, error: OSError) -> UsageError:
 class LoopbackReport:
     """The results of a loopback test, and the facts about the machine.
 
-    board: the facts that the backend knows.
+    board: the backend's facts about the board.
     rules: the identifiers of all rules.
     """
 
@@ -195,7 +195,7 @@ def format_row(file: Path) -> str:
         text = f"--row {file}: {error.strerror}. Name the report of robotcore doctor --loopback"
         raise UsageError(text, kind="file-not-readable", file=str(file)) from error
     except ValueError as error:  # also the ValidationError of pydantic
-        text = f"--row {file}: is no report of format {FORMAT}. Name the report of robotcore doctor --loopback"
+        text = f"--row {file}: the file is no report of format {FORMAT}. Name a report of robotcore doctor --loopback"
         raise UsageError(text, kind="no-report", file=str(file)) from error
     values = {rule.rule: rule.values for rule in report.rules}
     worst = " / ".join(_format_ms(values.get(f"ticks-{rate}hz", {})) for rate in (20, 50))

@@ -35,8 +35,8 @@ def check_system() -> Iterator[Finding]:
     if not IS_LINUX:
         yield Finding.warning(
             "system",
-            f"{platform.system()}: robotcore has run on Linux only, and some protections of a run need it",
-            "Read docs/systems.md, which lists what this system lacks",
+            f"{platform.system()}: robotcore has run on Linux only, and some protections of a run need Linux",
+            'The page "Operating systems" of the documentation lists the features that this system lacks',
             kind="system-untested",
         )
 

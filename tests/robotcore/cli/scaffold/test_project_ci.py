@@ -179,4 +179,4 @@ def test_a_damaged_recording_fails_with_a_case(project: Path) -> None:
 def test_an_unknown_check_is_refused_with_the_names_of_all(project: Path) -> None:
     ran = type_line(project, "sh ci.sh swep")
     assert ran.returncode == 2
-    assert "there is no check swep. Name install, tests, sweep or replay, or none" in ran.stderr
+    assert "unknown check swep. Use install, tests, sweep or replay, or no argument for all" in ran.stderr

@@ -1,5 +1,5 @@
 #!/bin/sh
-# The checks of this project, on your desk and in CI. `sh ci.sh` runs all of them, `sh ci.sh sweep` runs one.
+# The checks of this project, on your computer and in CI. `sh ci.sh` runs all of them, `sh ci.sh sweep` runs one.
 # They need what `sh ci.sh install` installs, in an environment such as one of `python -m venv`.
 # The results are in build/: JUnit files in build/junit, the report of the sweep, and the badge.
 set -eu
@@ -42,7 +42,7 @@ all)
     [ -z "$failed" ] || { echo "These checks have failed:$failed" >&2 && exit 1; }
     ;;
 *)
-    echo "ci.sh: there is no check $part. Name install, tests, sweep or replay, or none for all checks" >&2
+    echo "ci.sh: unknown check $part. Use install, tests, sweep or replay, or no argument for all" >&2
     exit 2
     ;;
 esac
