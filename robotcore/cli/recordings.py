@@ -21,7 +21,7 @@ from robotcore.cli.output_files import (
     write_error_suite_on_failure,
     write_junit,
 )
-from robotcore.errors import Interrupted, UsageError
+from robotcore.errors import Interrupted, RecordingError, UsageError
 
 if TYPE_CHECKING:
     from robotcore.recording import Recording
@@ -124,7 +124,7 @@ def compare(first: Path, second: Path, picture: Path | None, *, as_json: bool) -
     "--require-equal",
     "must_be_equal",
     is_flag=True,
-    help="Fail at a decision that differs, also with another app or with --set.",
+    help="Fail at a decision that differs, also with another app or with --set, and if the recording is incomplete.",
 )
 @click.option("--picture", metavar="FILE", type=_FILE, help="Draw the replay, seen from above, as a PNG.")
 @click.option(
@@ -162,7 +162,8 @@ def replay(
     With another app or with --set, shows how the decisions on the recorded samples differ. Logged values are shown, and
     not compared. With --watch, Ctrl-C ends the command.
 
-    --junit writes a test case, also if the recording cannot be replayed.
+    --junit writes a test case, also if the recording cannot be replayed. --require-equal refuses a recording that is cut
+    or damaged.
 
     Exit status: 0 if all decisions are equal, or if another app ran to its end and --require-equal is not given; 1 if
     a decision differs. An error has the exit status of `robotcore run`.
@@ -187,6 +188,8 @@ def replay(
     line = shlex.join(["robotcore", "replay", *options, str(file)])
     with write_error_suite_on_failure(junit, "replay", str(file), line):
         recording = read(file)
+        if must_be_equal:
+            _require_complete(recording, file)
         recorder = ReplayRecorder(record, recording) if record else None
         with redirect_prints(as_json=as_json):
             result = _replay(recording, file, app, dict(settings), recorder, must_be_equal=must_be_equal)
@@ -254,6 +257,24 @@ def _require_recordable(file: Path | None, *, is_forced: bool) -> None:
         from robotcore.recording.mcap_file import require_recordable
 
         require_recordable(file, is_forced=is_forced)
+
+
+def _require_complete(recording: Recording, file: Path) -> None:
+    """Raise RecordingError if a part of the recording is missing, so that not all its decisions can be compared."""
+    if not (recording.is_cut or recording.is_damaged):
+        return
+    from robotcore.recording.summary import explain_missing_end
+
+    at = recording.ticks[-1].time if recording.ticks else 0.0
+    damage = f"the file is damaged after {at:.1f} s ({recording.damage})" if recording.is_damaged else ""
+    why = damage or explain_missing_end(recording) or "the end of the file is missing"
+    raise RecordingError(
+        file,
+        f"{why}, so it cannot show that all decisions are equal",
+        "Use another copy of the file, or record the run again",
+        kind="recording-incomplete",
+        why=why,
+    )
 
 
 def _replay(

@@ -6,6 +6,7 @@ import errno
 import os
 import shutil
 import signal
+from collections.abc import Callable
 from pathlib import Path
 from unittest.mock import Mock
 
@@ -208,6 +209,39 @@ def test_require_equal_fails_if_a_setting_changes_a_decision(cli: Cli, search_re
     arguments = ("replay", str(search_recording), "--set", "speed_m_s=0.15")
     assert cli(*arguments).status == 0
     assert cli(*arguments, "--require-equal").status == 1
+
+
+def cut_end(content: bytes) -> bytes:
+    return content[:-8]
+
+
+def cut_half(content: bytes) -> bytes:
+    return content[: len(content) // 2 + 2000]
+
+
+def flip_byte(content: bytes) -> bytes:
+    at = len(content) // 2
+    return content[:at] + bytes([content[at] ^ 0xFF]) + content[at + 1 :]
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("spoil", [cut_end, cut_half, flip_byte])
+@pytest.mark.parametrize("options", [(), ("--app", "steady.py"), ("--app", "other.py")])
+def test_require_equal_refuses_an_incomplete_recording(
+    cli: Cli, recording: Path, spoil: Callable[[bytes], bytes], options: tuple[str, ...]
+) -> None:
+    Path("other.py").write_text(STEADY)
+    recording.write_bytes(spoil(recording.read_bytes()))
+    arguments = ("replay", str(recording), *options, "--require-equal", "--junit", "replay.xml", "--json")
+    done = cli(*arguments)
+    assert (done.status, done.json["kind"]) == (2, "recording-incomplete")
+    assert list_problems("replay.xml") == [("error", "recording-incomplete")]
+
+
+@pytest.mark.slow
+def test_a_cut_recording_is_replayed_without_require_equal(cli: Cli, recording: Path) -> None:
+    recording.write_bytes(cut_end(recording.read_bytes()))
+    assert cli("replay", str(recording)).status == 0
 
 
 @pytest.mark.slow
