@@ -5,6 +5,7 @@ from __future__ import annotations
 import errno
 import os
 import re
+import shlex
 import shutil
 import stat
 from collections.abc import Iterator
@@ -108,7 +109,10 @@ def require_writable(file: Path, option: str, suffix: str) -> None:
 
 
 def _build_unwritable_error(file: Path, error: OSError, option: str) -> UsageError:
-    text = f"{option} {file}: {error.strerror}. Name a file that you can write, on a disk with free space"
+    problem, remedy = error.strerror, "Name a file that you can write, on a disk with free space"
+    if isinstance(error, FileNotFoundError):
+        problem, remedy = f"there is no folder {file.parent}", f"Make it: mkdir -p {shlex.quote(str(file.parent))}"
+    text = f"{option} {file}: {problem}. {remedy}"
     return UsageError(text.lstrip(), kind="file-not-writable", file=str(file))
 
 

@@ -162,8 +162,8 @@ def replay(
     With another app or with --set, shows how the decisions on the recorded samples differ. Logged values are shown, and
     not compared. With --watch, Ctrl-C ends the command.
 
-    --junit writes a test case, also if the recording cannot be replayed. --require-equal refuses a recording that is cut
-    or damaged.
+    --junit writes a test case, also if the recording cannot be replayed. --require-equal refuses a recording that is
+    cut or damaged.
 
     Exit status: 0 if all decisions are equal, or if another app ran to its end and --require-equal is not given; 1 if
     a decision differs. An error has the exit status of `robotcore run`.

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import shlex
 from collections.abc import Iterator
+from contextlib import contextmanager, suppress
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -142,12 +143,17 @@ def command(
     engine = _make_engine(cluster, jobs, wall_timeout_s, backends)
     results = Results(sweep, out, deletes_old_results=fresh)
     app = str(values["app"])
-    with write_error_suite_on_failure(junit, "sweep", app, line), redirect_prints(as_json=as_json):
+    with (
+        _write_error_badge_on_failure(badge, app),
+        write_error_suite_on_failure(junit, "sweep", app, line),
+        redirect_prints(as_json=as_json),
+    ):
         has_verify = preflight(sweep)
         ended_by: Interrupted | RobotcoreError | None = _execute_missing_runs(results, engine, is_quiet=as_json)
     written: list[str] = []
     if isinstance(ended_by, RobotcoreError):
         write_error_suite(junit, "sweep", app, line, ended_by)
+        _write_error_badge(badge, app)
     elif not ended_by:
         try:
             for output in _write_outputs(results, line, bounds, report, junit, badge):
@@ -222,6 +228,24 @@ def _execute_missing_runs(results: Results, engine: Engine, *, is_quiet: bool) -
         finally:
             interrupts.mask()
     return None
+
+
+@contextmanager
+def _write_error_badge_on_failure(badge: Path | None, app: str) -> Iterator[None]:
+    try:
+        yield
+    except RobotcoreError:
+        _write_error_badge(badge, app)
+        raise
+
+
+def _write_error_badge(badge: Path | None, app: str) -> None:
+    """Replace the badge of an earlier sweep, so that it does not show a success that this sweep has not repeated."""
+    if badge:
+        from robotcore.sweep.badge import build_error_text, draw_badge
+
+        with suppress(UsageError):  # the caller reports the first error
+            save_output(draw_badge(build_error_text(app)), badge, BADGE)
 
 
 def _require_writable_outputs(report: Path | None, junit: Path | None, badge: Path | None) -> None:

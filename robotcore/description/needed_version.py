@@ -9,6 +9,8 @@ from robotcore.description.validation import format_value
 from robotcore.errors import DescriptionError
 
 KEY = "robotcore"
+MAX_RANGE = 100
+"""The maximum number of characters of a range."""
 
 
 def require_version(file: str, table: dict[str, Any]) -> dict[str, Any]:
@@ -28,10 +30,10 @@ def require_version(file: str, table: dict[str, Any]) -> dict[str, Any]:
         return table
     needed = table[KEY]
     try:
-        unmet = check_range(needed if isinstance(needed, str) else "no range")
+        unmet = check_range(needed if isinstance(needed, str) and 0 < len(needed.strip()) <= MAX_RANGE else "no range")
     except ValueError as error:
-        problem = f'should be a range of versions, such as ">=0.1", got {format_value(needed)}'
-        raise DescriptionError(file, KEY, problem, "Correct it", kind="wrong-form") from error
+        problem = f"should be a range of versions, got {format_value(needed)}"
+        raise DescriptionError(file, KEY, problem, 'Write a range such as ">=0.1"', kind="wrong-form") from error
     if unmet:
         raise DescriptionError(
             file,

@@ -20,7 +20,7 @@ _WIDE, _NARROW = frozenset("mwMW%@©—"), frozenset("fijlrtI.,:;'()[]!| ")
 _WIDTHS_PX = {"wide": 10.2, "narrow": 4.1, "usual": 6.7}
 """The widths of letters of Verdana in this size. ``textLength`` fits another font into the same width."""
 
-_DARK = "#3c4149"
+_DARK, _GREY = "#3c4149", "#5f6670"
 _GREEN, _RED, _BLUE = "#227a3f", "#b3261e", "#2a5fa8"
 """The colours behind white text, with a contrast of at least 4.5 : 1 (WCAG 2.1, level AA)."""
 
@@ -31,6 +31,15 @@ class BadgeText(NamedTuple):
     label: str
     message: str
     colour: str
+
+
+def build_error_text(app: str) -> BadgeText:
+    """Return the text of the badge of a sweep that has no results, because it failed.
+
+    >>> build_error_text("green-search").message
+    'error'
+    """
+    return BadgeText(_shorten(app), "error", _GREY)
 
 
 def build_badge_text(app: str, groups: Sequence[Group], requirements: Sequence[Requirement]) -> BadgeText:
@@ -46,8 +55,7 @@ def build_badge_text(app: str, groups: Sequence[Group], requirements: Sequence[R
     low, high = map(_format_percent, wilson(count, group.runs))
     rate = f"{_format_percent(count / group.runs)} % of {pluralize(group.runs, 'run')} {verb} ({low}–{high} %)"
     message = rate if len(groups) == 1 else f"{rate}, lowest of {len(groups)} groups"
-    label = app_path(app).stem
-    label = label if len(label) <= MAX_NAME else f"{label[: MAX_NAME - 1]}…"
+    label = _shorten(app)
     if not requirements:
         return BadgeText(label, message, _BLUE)
     is_met = all(each.is_met_by(group) for each in requirements for group in groups)
@@ -82,6 +90,11 @@ def draw_badge(text: BadgeText) -> bytes:
         shape.text = part
     content: bytes = ET.tostring(root, encoding="utf-8")
     return content + b"\n"
+
+
+def _shorten(app: str) -> str:
+    name = app_path(app).stem
+    return name if len(name) <= MAX_NAME else f"{name[: MAX_NAME - 1]}…"
 
 
 def _get_rate(group: Group) -> float:

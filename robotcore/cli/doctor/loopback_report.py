@@ -12,13 +12,16 @@ from collections.abc import Iterable, Mapping
 from dataclasses import asdict
 from datetime import datetime, timezone
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Literal
+from typing import TYPE_CHECKING, Annotated, Any, Literal
+from urllib.parse import quote
 
 from pydantic import BaseModel, ConfigDict, Field
 
 from robotcore.compatibility import read_version
+from robotcore.description.file_reading import read_limited
 from robotcore.errors import UsageError
 from robotcore.files import replace_file, require_replaceable
+from robotcore.text import escape
 
 if TYPE_CHECKING:
     from robotcore.hal.loopback import LoopbackRequest, RuleResult
@@ -156,16 +159,22 @@ def _find_system() -> str:
         return platform.system()
 
 
+MAX_REPORT_BYTES = 1_000_000
+
+_Text = Annotated[str, Field(max_length=200)]
+_Value = Annotated[float, Field(ge=-1e9, le=1e9, allow_inf_nan=False)]
+
+
 class _Rule(BaseModel):
     model_config = ConfigDict(extra="ignore")
 
-    rule: str
-    verdict: str
-    values: dict[str, float] = Field(default_factory=dict)
+    rule: _Text
+    verdict: Literal["passed", "failed", "skipped"]
+    values: dict[str, _Value] = Field(default_factory=dict)
 
 
 class _Board(BaseModel):
-    model: str = ""
+    model: _Text = ""
 
 
 class _SavedReport(BaseModel):
@@ -174,43 +183,47 @@ class _SavedReport(BaseModel):
     model_config = ConfigDict(extra="ignore")
 
     format: Literal[1]
-    ended: str
-    robotcore: str
-    os: str
+    ended: _Text
+    robotcore: _Text
+    os: _Text
     board: _Board
-    passed: int
-    failed: int
-    skipped: int
-    rules: list[_Rule]
+    rules: list[_Rule] = Field(max_length=1000)
 
 
 STOPS = ("command", "deadman", "sigterm", "sigkill", "guardian")
 
 
 def format_row(file: Path) -> str:
-    """Return the row of a report for the table in the QUALITY.md of a driver. Raises UsageError for another file."""
+    """Return the row of a report for the table in the QUALITY.md of a driver.
+
+    The report may be another person's. Its texts are escaped. Raises UsageError for a file that is no report.
+    """
+    content = read_limited(file, MAX_REPORT_BYTES)
     try:
-        report = _SavedReport.model_validate_json(file.read_text(encoding="utf-8"))
-    except OSError as error:
-        text = f"--row {file}: {error.strerror}. Name the report of robotcore doctor --loopback"
-        raise UsageError(text, kind="file-not-readable", file=str(file)) from error
+        report = _SavedReport.model_validate_json(content)
     except ValueError as error:  # also the ValidationError of pydantic
         text = f"--row {file}: the file is no report of format {FORMAT}. Name a report of robotcore doctor --loopback"
         raise UsageError(text, kind="no-report", file=str(file)) from error
     values = {rule.rule: rule.values for rule in report.rules}
     worst = " / ".join(_format_ms(values.get(f"ticks-{rate}hz", {})) for rate in (20, 50))
     stops = " / ".join(_format_ms(values.get(f"stop-{stop}", {})) for stop in STOPS)
+    counts = Counter(rule.verdict for rule in report.rules)
     ended = "" if report.ended == COMPLETE else ", not complete"
     cells = (
-        report.board.model or "unknown",
-        report.os,
-        report.robotcore,
-        f"{report.passed} / {report.failed} / {report.skipped}{ended}",
+        _escape_markdown(report.board.model) or "unknown",
+        _escape_markdown(report.os),
+        _escape_markdown(report.robotcore),
+        f"{counts['passed']} / {counts['failed']} / {counts['skipped']}{ended}",
         worst,
         stops,
-        f"[report]({file.name})",
+        f"[report]({quote(file.name)})",
     )
-    return f"| {' | '.join(cell.replace('|', HIDDEN) for cell in cells)} |"
+    return f"| {' | '.join(cells)} |"
+
+
+def _escape_markdown(text: str) -> str:
+    """Return a text whose characters have no meaning in a cell of a Markdown table."""
+    return re.sub(r"([\\`*_\[\]<>&~|])", r"\\\1", escape(text))
 
 
 def _format_ms(values: Mapping[str, float]) -> str:

@@ -129,6 +129,12 @@ NAME = re.compile(r"[a-z][a-z0-9]*(?:[-_][a-z0-9]+)*")
 """Matches a name that is valid for a package, a module and a robot."""
 
 
+WINDOWS_NAMES = frozenset(
+    ["con", "prn", "aux", "nul", *(f"{port}{number}" for port in ("com", "lpt") for number in range(10))]
+)
+"""Names that no file on Windows can have. Source: Microsoft, "Naming Files, Paths, and Namespaces"."""
+
+
 def require_free(template: Template, folder: Path) -> None:
     """Raise UsageError if the project ``folder`` cannot be created.
 
@@ -161,8 +167,8 @@ def _suggest_name(name: str) -> str:
 
 def _describe_use(template: Template, name: str) -> str:
     module = name.replace("-", "_")
-    if iskeyword(module):
-        return "a keyword of Python"
+    if iskeyword(module) or module in WINDOWS_NAMES:
+        return "a keyword of Python" if iskeyword(module) else "a name that Windows reserves for a device"
     if module in template.reserved_names:
         return "the name of a file in every new project"
     if template.uses_class_name(name):

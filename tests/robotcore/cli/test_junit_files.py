@@ -74,7 +74,7 @@ def test_a_sweep_whose_engine_fails_is_a_case_with_an_error(
     Path("sweep.svg").write_text("old")
     assert cli(*SWEEP, "--junit", "sweep.xml", "--badge", "sweep.svg").status == 3
     assert list_problems("sweep.xml") == [("error", "backend")]
-    assert Path("sweep.svg").read_text() == "old"
+    assert ">error<" in Path("sweep.svg").read_text()
 
 
 @pytest.mark.slow
@@ -91,12 +91,14 @@ def test_an_interrupted_sweep_keeps_the_old_files(
 @pytest.mark.slow
 def test_an_app_that_cannot_be_imported_is_a_case_with_its_traceback(cli: Cli, requests: list[RunRequest]) -> None:
     Path("broken.py").write_text("1 / 0\n")
-    done = cli("sweep", "broken.py", "--junit", "sweep.xml")
+    Path("sweep.svg").write_text("passed: 100 %")
+    done = cli("sweep", "broken.py", "--junit", "sweep.xml", "--badge", "sweep.svg")
     assert (done.status, requests) == (5, [])
+    assert ">error<" in Path("sweep.svg").read_text()
     assert list_problems("sweep.xml") == [("error", "app-not-importable")]
     text = read_junit(Path("sweep.xml").read_bytes()).findtext(".//error") or ""
     assert 'File "broken.py", line 1' in text
-    assert text.endswith("\nRepeat the command: robotcore sweep broken.py --junit sweep.xml")
+    assert text.endswith("\nRepeat the command: robotcore sweep broken.py --junit sweep.xml --badge sweep.svg")
 
 
 def test_a_wrong_name_is_a_case_with_an_error(cli: Cli) -> None:

@@ -2,8 +2,10 @@ from __future__ import annotations
 
 import getpass
 import json
+import os
 import platform
 from pathlib import Path
+from typing import Any
 
 import pytest
 
@@ -96,7 +98,7 @@ def test_a_file_that_is_no_report_is_an_error(tmp_path: Path, raises: Raises) ->
 
 
 def test_a_missing_file_is_an_error(tmp_path: Path, raises: Raises) -> None:
-    with raises(UsageError, "file-not-readable"):
+    with raises(UsageError, "unreadable-file"):
         format_row(tmp_path / "none.json")
 
 
@@ -120,3 +122,52 @@ def test_an_option_beside_row_is_refused(cli: Cli, tmp_path: Path, options: tupl
     answer = cli("doctor", "--row", str(tmp_path / "pi.json"), *options)
     assert answer.status == 2
     assert options[0] in answer.err
+
+
+def test_the_texts_of_another_persons_report_are_escaped_in_a_row(tmp_path: Path) -> None:
+    save_changed(tmp_path / "pi.json", os="<script>x</script> | [a](b)\n`c`", board={"model": "a|b"})
+    row = format_row(tmp_path / "pi.json")
+    assert "\n" not in row
+    assert row.replace("\\|", "").count("|") == 8
+    assert "\\<script\\>" in row
+
+
+@pytest.mark.parametrize(
+    "changes",
+    [
+        {"os": 7},
+        {"os": "x" * 201},
+        {"rules": [{"rule": "ticks-20hz", "verdict": "passed", "values": {"worst_ms": 1e300}}]},
+        {"rules": [{"rule": "ticks-20hz", "verdict": "passed", "values": {"worst_ms": float("nan")}}]},
+        {"rules": [{"rule": "ticks-20hz", "verdict": "perfect"}]},
+    ],
+    ids=str,
+)
+def test_odd_values_in_a_report_are_an_error(tmp_path: Path, changes: dict[str, Any], raises: Raises) -> None:
+    save_changed(tmp_path / "pi.json", **changes)
+    with raises(UsageError, "no-report", file=str(tmp_path / "pi.json")):
+        format_row(tmp_path / "pi.json")
+
+
+def test_the_counts_of_a_row_are_those_of_the_rules(tmp_path: Path) -> None:
+    save_changed(tmp_path / "pi.json", passed=99, failed=0)
+    assert "1 / 1 / 0" in format_row(tmp_path / "pi.json")
+
+
+def save_changed(file: Path, **changes: Any) -> None:
+    build(PASSED, FAILED).save(file)
+    file.write_text(json.dumps({**json.loads(file.read_text()), **changes}))
+
+
+@pytest.mark.parametrize(
+    "name, kind", [("fifo", "no-regular-file"), ("zero", "no-regular-file"), ("huge", "file-too-large")]
+)
+def test_a_pipe_a_device_and_a_huge_file_are_refused_at_once(
+    tmp_path: Path, name: str, kind: str, raises: Raises
+) -> None:
+    os.mkfifo(tmp_path / "fifo")
+    (tmp_path / "zero").symlink_to("/dev/zero")
+    with (tmp_path / "huge").open("wb") as huge:
+        huge.truncate(1_000_000_001)
+    with raises(UsageError, kind):
+        format_row(tmp_path / name)

@@ -42,7 +42,7 @@ def test_refuses_a_name_that_is_invalid_for_a_module(name: str, tmp_path: Path, 
         require_free(PROJECT, tmp_path / name)
 
 
-@pytest.mark.parametrize("name", ["class", "test", "numpy", "robotcore", "drivers", "room", "search"])
+@pytest.mark.parametrize("name", ["class", "test", "numpy", "con", "com1", "robotcore", "drivers", "room", "search"])
 def test_refuses_a_name_in_use(name: str, tmp_path: Path, raises: Raises) -> None:
     with raises(UsageError, "project-name-in-use", name=name):
         require_free(PROJECT, tmp_path / name)

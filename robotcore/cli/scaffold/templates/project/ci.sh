@@ -39,10 +39,10 @@ all)
         echo "== $each"
         sh ci.sh "$each" || failed="$failed $each"
     done
-    [ -z "$failed" ] || { echo "These checks have failed:$failed" >&2 && exit 1; }
+    [ -z "$failed" ] || { printf 'These checks have failed:%s\n' "$failed" >&2 && exit 1; }
     ;;
 *)
-    echo "ci.sh: unknown check $part. Use install, tests, sweep or replay, or no argument for all" >&2
+    printf 'ci.sh: unknown check %s. Use install, tests, sweep or replay, or no argument for all\n' "$part" >&2
     exit 2
     ;;
 esac
