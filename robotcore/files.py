@@ -5,7 +5,6 @@ from __future__ import annotations
 import errno
 import os
 import re
-import shlex
 import shutil
 import stat
 from collections.abc import Iterator
@@ -111,7 +110,7 @@ def require_writable(file: Path, option: str, suffix: str) -> None:
 def _build_unwritable_error(file: Path, error: OSError, option: str) -> UsageError:
     problem, remedy = error.strerror, "Name a file that you can write, on a disk with free space"
     if isinstance(error, FileNotFoundError):
-        problem, remedy = f"there is no folder {file.parent}", f"Make it: mkdir -p {shlex.quote(str(file.parent))}"
+        problem, remedy = f"there is no folder {file.parent}", "Make it, or name another file"
     text = f"{option} {file}: {problem}. {remedy}"
     return UsageError(text.lstrip(), kind="file-not-writable", file=str(file))
 

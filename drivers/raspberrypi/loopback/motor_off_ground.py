@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping
+from typing import Any
 
 from drivers.raspberrypi.loopback.motor_program import Action, MotorProgramRequest
 from drivers.raspberrypi.loopback.processes import START_S, LoopbackProgram, run_program
@@ -96,10 +97,13 @@ def _ask_during_run(rule: str, topic: str, program: LoopbackProgram, person: Loo
     """Ask while the run goes on, because its end would stop the wheel too."""
     if program.await_event("stop") is None:
         return RuleResult.fail(rule, f"the run failed: {program.describe_failure()}")
-    result = _ask(rule, topic, person)
-    if result.verdict is Verdict.PASSED and program.await_event("result", timeout_s=0.0) is not None:
-        return RuleResult.skip(rule, f"the run had ended. Answer within {ANSWER_S:g} s")
-    return result
+    answer = _ask(rule, topic, person)
+    if program.is_running or answer.verdict is not Verdict.PASSED:
+        return answer
+    result = program.await_event("result")  # the end of the run may have stopped the wheel
+    if result is None or result["exit_status"]:
+        return _fail_run(rule, result, program)
+    return RuleResult.skip(rule, f"the run had ended. Answer within {ANSWER_S:g} s")
 
 
 def _ask_after_run(
@@ -107,9 +111,13 @@ def _ask_after_run(
 ) -> RuleResult:
     result = program.await_event("result", timeout_s)
     if result is None or result["exit_status"]:
-        reason = result["reason"] if result else program.describe_failure()
-        return RuleResult.fail(rule, f"the run failed: {reason}")
+        return _fail_run(rule, result, program)
     return _ask(rule, topic, person)
+
+
+def _fail_run(rule: str, result: Mapping[str, Any] | None, program: LoopbackProgram) -> RuleResult:
+    reason = result["reason"] if result else program.describe_failure()
+    return RuleResult.fail(rule, f"the run failed: {reason}")
 
 
 def _ask(rule: str, topic: str, person: LoopbackPerson) -> RuleResult:

@@ -83,6 +83,11 @@ class LoopbackProgram:
         """Send a signal."""
         self._process.send_signal(signal_number)
 
+    @property
+    def is_running(self) -> bool:
+        """Whether the program has not ended yet."""
+        return self._process.poll() is None
+
     def describe_failure(self) -> str:
         """Return the last line that the program wrote on standard error, after its end."""
         self.end()

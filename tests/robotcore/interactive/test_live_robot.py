@@ -405,7 +405,7 @@ def test_tick_of_a_paused_loop_is_renewed_in_real_time() -> None:
 
 def test_error_of_a_file_has_one_traceback(tmp_path: Path) -> None:
     def fail(robot: LiveRobot, call: str) -> BaseException:
-        with pytest.raises(ValueError, match="there is no folder") as caught:
+        with pytest.raises(ValueError, match=r"there is no folder|No such file") as caught:
             robot.show().save(tmp_path / "no/robot.png") if call == "picture" else read(tmp_path / "no.mcap")
         return caught.value
 

@@ -2,9 +2,11 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from typing import Any
+from unittest.mock import Mock
 
 import pytest
 
+from drivers.raspberrypi.loopback import motor_off_ground
 from drivers.raspberrypi.loopback.echoes import measure_echoes
 from drivers.raspberrypi.loopback.edges import StopTrial
 from drivers.raspberrypi.loopback.encoder_edges import measure_encoders
@@ -137,3 +139,21 @@ def test_the_rules_that_a_failed_device_leaves_without_a_result_fail() -> None:
     request = LoopbackRequest(wires=((20, 21), (19, 26)))
     found = list(PiLoopbackTest(request, ())._measure_step(("a", "b", "c"), measure))
     assert [each.verdict for each in found] == [Verdict.PASSED, Verdict.FAILED, Verdict.FAILED]
+
+
+@pytest.mark.parametrize(
+    "is_running, result, verdict",
+    [
+        (True, None, Verdict.PASSED),
+        (False, None, Verdict.FAILED),
+        (False, {"exit_status": 3, "reason": "the board is gone"}, Verdict.FAILED),
+        (False, {"exit_status": 0, "reason": ""}, Verdict.SKIPPED),
+    ],
+)
+def test_a_wheel_that_stands_still_counts_only_if_its_run_has_not_ended(
+    is_running: bool, result: dict[str, Any] | None, verdict: Verdict
+) -> None:
+    events = {"stop": {"at": 1.0}, "result": result}
+    program = Mock(is_running=is_running, await_event=lambda name, *_: events[name], describe_failure=lambda: "killed")
+    found = motor_off_ground._ask_during_run("motor-stop", "stop", program, Mock(choose=lambda *_: "y"))
+    assert found.verdict is verdict
