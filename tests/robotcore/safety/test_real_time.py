@@ -15,12 +15,16 @@ from time import monotonic, sleep
 
 import pytest
 
-from robotcore import RunRequest, plugins
+from benchmarks.logging_robot import LoggingBackend
+from robotcore import RunRequest, plugins, run
 from robotcore.cli.main import execute
 from robotcore.errors import UsageError
+from robotcore.runtime.behaviour import Status
 from robotcore.runtime.plan import Plan
+from robotcore.runtime.result import RealTimeNote
 from robotcore.safety import real_time
 from robotcore.safety.real_time import (
+    NO_GUARDIAN,
     Priorities,
     RealTimeTicks,
     drop_priority,
@@ -30,6 +34,7 @@ from robotcore.safety.real_time import (
     set_priority,
 )
 from robotcore.threads import start_thread
+from tests.robotcore.fakes import FunctionApp
 from tests.robotcore.safety.guardian.recorder import notes
 from tests.texts import CheckText, Raises
 
@@ -99,6 +104,14 @@ def test_without_a_guardian_no_priority_is_taken(check_text: CheckText) -> None:
     with closing(_Closed(RealTimeTicks(notes.append, has_guardian=False))) as ticks:
         assert ticks.priorities is None
     check_text(notes[0])
+
+
+@linux
+def test_a_run_without_the_priority_has_a_note_of_its_own_type(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("robotcore.runtime.plan.load_backend", lambda _: LoggingBackend())
+    app = FunctionApp(lambda _: Status.SUCCESS)
+    result = run(RunRequest(app, "logging", options={"diary": str(tmp_path / "diary")}, has_real_time_priority=True))
+    assert NO_GUARDIAN in [note for note in result.notes if isinstance(note, RealTimeNote)]
 
 
 class _Closed:
