@@ -103,7 +103,7 @@ def _ask_during_run(rule: str, topic: str, program: LoopbackProgram, person: Loo
     result = program.await_event("result")  # the end of the run may have stopped the wheel
     if result is None or result["exit_status"]:
         return _fail_run(rule, result, program)
-    return RuleResult.skip(rule, f"the run had ended. Answer within {ANSWER_S:g} s")
+    return RuleResult.fail(rule, f"the run had ended before the answer. Answer within {ANSWER_S:g} s")
 
 
 def _ask_after_run(

@@ -19,6 +19,7 @@ from robotcore.text import escape
 
 if TYPE_CHECKING:
     from robotcore.hal.loopback import LoopbackRequest, LoopbackTest, RuleResult
+    from robotcore.runtime.signals import SignalGuard
 
 DEFAULT_BACKEND = "raspberrypi"
 READY = "ready"
@@ -69,8 +70,8 @@ def run_loopback(
     file = file or build_default_name(datetime.now())  # noqa: DTZ005  the owner's local time
     require_writable(file, OPTION)
     report = LoopbackReport(request, test.pins, test.describe_board(), test.rules)
-    with SignalGuard(), redirect_prints(as_json=as_json):
-        _measure(test, AnsweringLoopbackPerson(given), report, file, as_json=as_json)
+    with SignalGuard() as signals, redirect_prints(as_json=as_json):
+        _measure(test, AnsweringLoopbackPerson(given), report, file, signals, as_json=as_json)
     if as_json:
         write_json({**report.to_dict(), "report": str(file)})
     else:
@@ -79,7 +80,13 @@ def run_loopback(
 
 
 def _measure(
-    test: LoopbackTest, person: AnsweringLoopbackPerson, report: LoopbackReport, file: Path, *, as_json: bool
+    test: LoopbackTest,
+    person: AnsweringLoopbackPerson,
+    report: LoopbackReport,
+    file: Path,
+    signals: SignalGuard,
+    *,
+    as_json: bool,
 ) -> None:
     """Run the test, and write the report after each result, so that an interrupted test has a report too."""
 
@@ -93,13 +100,17 @@ def _measure(
                 report.save(file)
                 if not as_json:
                     _write_result(result)
+                signals.check()  # Python discards the exception of a signal in a callback, such as of a weak reference
         report.end(COMPLETE)
         report.save(file)
-    except (RobotcoreError, Interrupted) as error:
-        report.end(str(error))
+    except (Exception, Interrupted) as error:
+        cause = signals.raised or error  # a library may raise an error of its own in place of the signal's
+        if not isinstance(cause, (RobotcoreError, Interrupted)):
+            raise
+        report.end(str(cause))
         report.save(file)
         write(f"The test did not reach its end. The partial report: {file}")
-        raise
+        raise cause from None
 
 
 def _check_answers(test: LoopbackTest, answers: Iterable[tuple[str, str]]) -> dict[str, str]:

@@ -1,12 +1,14 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+from contextlib import nullcontext
+from pathlib import Path
 from typing import Any
 from unittest.mock import Mock
 
 import pytest
 
-from drivers.raspberrypi.loopback import motor_off_ground
+from drivers.raspberrypi.loopback import motor_off_ground, ticks
 from drivers.raspberrypi.loopback.echoes import measure_echoes
 from drivers.raspberrypi.loopback.edges import StopTrial
 from drivers.raspberrypi.loopback.encoder_edges import measure_encoders
@@ -139,13 +141,36 @@ def test_the_rules_that_a_failed_device_leaves_without_a_result_fail() -> None:
     assert [each.verdict for each in found] == [Verdict.PASSED, Verdict.FAILED, Verdict.FAILED]
 
 
+def test_a_rule_for_which_a_step_yields_no_result_fails() -> None:
+    request = LoopbackRequest(wires=((20, 21), (19, 26)))
+    (found,) = PiLoopbackTest(request, ())._measure_step(("a",), lambda: iter(()))
+    assert (found.rule, found.verdict) == ("a", Verdict.FAILED)
+    assert found.reason
+
+
+def test_ticks_without_the_wanted_priority_fail_with_the_notes_about_it(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    events = {
+        "ticks": {"times": [0.0, 0.05], "priority": 0, "locked_kb": 0},
+        "result": {"real_time_notes": ["--rt: refused. Raise the limit", "--rt: not locked"]},
+    }
+    program = Mock(await_event=lambda name, *_: events[name])
+    monkeypatch.setattr(ticks, "run_program", lambda _: nullcontext(program))
+    monkeypatch.setattr(ticks, "load_processors", lambda: nullcontext(0))
+    found = list(ticks.measure_ticks(WIRES, tmp_path, 1.0, str, is_real_time=True))
+    assert [each.rule for each in found] == list(ticks.RT_RULES)
+    assert {each.verdict for each in found} == {Verdict.FAILED}
+    assert {each.reason for each in found} == {"--rt: refused. Raise the limit. --rt: not locked"}
+
+
 @pytest.mark.parametrize(
     "is_running, result, verdict",
     [
         (True, None, Verdict.PASSED),
         (False, None, Verdict.FAILED),
         (False, {"exit_status": 3, "reason": "the board is gone"}, Verdict.FAILED),
-        (False, {"exit_status": 0, "reason": ""}, Verdict.SKIPPED),
+        (False, {"exit_status": 0, "reason": ""}, Verdict.FAILED),
     ],
 )
 def test_a_wheel_that_stands_still_counts_only_if_its_run_has_not_ended(
