@@ -137,5 +137,5 @@ def _write_result(result: RuleResult) -> None:
 def _write_end(report: LoopbackReport, file: Path) -> None:
     write_line()
     write_line(f"{report.count('passed')} passed, {report.count('failed')} failed, {report.count('skipped')} skipped")
-    write_line(f"The report: {file}. It has no host name, user name, serial number or path.")
+    write_line(f"The report: {file}. robotcore has removed names, serial numbers and paths from it.")
     write_line('Read it and send it: "Test your Pi" in the page "From a box of parts to a robot" of the documentation')

@@ -1,7 +1,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from contextlib import nullcontext
+from contextlib import contextmanager, nullcontext
 from pathlib import Path
 from typing import Any
 from unittest.mock import Mock
@@ -12,6 +12,7 @@ from drivers.raspberrypi.loopback import motor_off_ground, ticks
 from drivers.raspberrypi.loopback.echoes import measure_echoes
 from drivers.raspberrypi.loopback.edges import StopTrial
 from drivers.raspberrypi.loopback.encoder_edges import measure_encoders
+from drivers.raspberrypi.loopback.motor_program import MotorProgramRequest
 from drivers.raspberrypi.loopback.outputs import measure_levels, measure_pwm
 from drivers.raspberrypi.loopback.percentiles import Percentiles
 from drivers.raspberrypi.loopback.raspberry_pi import PiLoopbackTest
@@ -180,3 +181,42 @@ def test_a_wheel_that_stands_still_counts_only_if_its_run_has_not_ended(
     program = Mock(is_running=is_running, await_event=lambda name, *_: events[name], describe_failure=lambda: "killed")
     found = motor_off_ground._ask_during_run("motor-stop", "stop", program, Mock(choose=lambda *_: "y"))
     assert found.verdict is verdict
+
+
+class AnsweringPerson:
+    """A person who confirms everything, and answers each question as given."""
+
+    def __init__(self, **answers: str) -> None:
+        self._answers = answers
+
+    def confirm(self, _topic: str, _instruction: str) -> bool:
+        return True
+
+    def choose(self, topic: str, _question: str, _choices: Any) -> str:
+        return self._answers[topic]
+
+
+def test_after_a_failed_stop_the_motor_is_not_turned_again(monkeypatch: pytest.MonkeyPatch) -> None:
+    started = []
+
+    @contextmanager
+    def run(request: MotorProgramRequest) -> Iterator[Any]:
+        started.append(request.action)
+        yield Mock(await_event=lambda *_: {"exit_status": 0}, is_running=True)
+
+    monkeypatch.setattr(motor_off_ground, "run_program", run)
+    motor = Mock(max_velocity_rad_s=10.0)
+    motor.name = "left_motor"
+    person = AnsweringPerson(direction="f", stop="n", deadman="s")
+    found = [each.verdict.value for each in motor_off_ground.check_motor(motor, "rover", person, str)]
+    assert (started, found) == (["drive", "stop"], ["passed", "failed", "skipped"])
+
+
+def test_after_a_failed_stop_over_the_wires_no_motor_is_turned(monkeypatch: pytest.MonkeyPatch) -> None:
+    results = iter([RuleResult.fail("stop-sigkill", "the pin stayed high")])
+    test = PiLoopbackTest.__new__(PiLoopbackTest)
+    test.wires, test._motor, test._request = WIRES, Mock(), LoopbackRequest()
+    monkeypatch.setattr(PiLoopbackTest, "_measure_over_wires", lambda *_: results)
+    monkeypatch.setattr("drivers.raspberrypi.loopback.raspberry_pi.release_low", lambda _: None)
+    found = [(each.rule, each.verdict.value) for each in test.run(AnsweringPerson(), str)]
+    assert found[1:] == [(rule, "skipped") for rule in motor_off_ground.RULES]
