@@ -29,7 +29,7 @@ SOURCES = {
     "teleop": "robotcore.runtime.result.RunResult",
     "sweep": "robotcore.cli.sweep_output._build_answer",
     "replay": "robotcore.cli.recordings._build_replay_answer",
-    "replay --app": "robotcore.cli.recordings._build_evaluation_answer",
+    "replay with another app or with `--set`": "robotcore.cli.recordings._build_evaluation_answer",
     "compare": "robotcore.recording.run_comparison.Comparison.to_dict",
     "info": "robotcore.cli.recordings._build_info_answer",
     "fidelity": "robotcore.cli.fidelity._build_answer",
@@ -45,13 +45,18 @@ SOURCES = {
     "calibrate camera": "robotcore.cli.calibrate.camera_parts.CameraParts.to_dict",
     "calibrate range": "robotcore.cli.calibrate.range._build_answer",
     "doctor": "robotcore.cli.doctor._build_answer",
-    "doctor --loopback": "robotcore.cli.doctor.loopback._build_answer",
+    "doctor with `--loopback`": "robotcore.cli.doctor.loopback._build_answer",
     "test-devices": "robotcore.cli.test_devices._build_answer",
     "deploy list": "robotcore.cli.deploy.list._build_answer",
     "deploy status": "robotcore.cli.deploy.app._build_answer",
     "deploy fetch": "robotcore.cli.deploy.fetch._build_answer",
 }
-"""The classes and functions with the keys, by the words of the command after ``robotcore``."""
+"""The classes and functions with the keys, by the words of the command after ``robotcore``.
+
+With the options after `VARIANT`, the command has other keys.
+"""
+
+VARIANT = " with "
 
 LIST_COMMANDS = frozenset({"apps", "backends", "faults", "kinds", "robots", "worlds"})
 """The commands that print a list of objects."""
@@ -83,17 +88,28 @@ def format_json_section(words: str, command: click.Command) -> Iterator[str]:
 
     words: the words of the command after ``robotcore``.
     """
-    yield (
-        "With `--json`, the command prints a list of objects."
-        if words in LIST_COMMANDS
-        else ("With `--json`, the command prints an object.")
-    )
-    if isinstance(command, AnsweringCommand):
-        yield "After an error it prints the keys that it knows, with `error` and `kind`."
+    form = "a list of objects" if words in LIST_COMMANDS else "an object"
+    yield f"With `--json`, the command prints {form} with these keys in one line. {_explain_keys(words, command)}"
     yield _format_keys(find_keys(words, command))
-    for more in (each for each in SOURCES if each.startswith(f"{words} --")):
-        yield f"With `--{more.partition(' --')[2]}` it prints other keys:"
+    for more in (each for each in SOURCES if each.startswith(f"{words}{VARIANT}")):
+        yield f"With {more.partition(VARIANT)[2]}, the keys are:"
         yield _format_keys(find_keys(more, command))
+
+
+def _explain_keys(words: str, command: click.Command) -> str:
+    """Return sentences about the answer after an error, and about the parts of keys that are no names."""
+    is_answering = isinstance(command, AnsweringCommand)
+    sentences = [
+        "If an error ends the command before it has a result, the object has `error` and `kind`, and may lack others."
+        if is_answering
+        else ""
+    ]
+    variants = [each for each in SOURCES if each.partition(VARIANT)[0] == words]
+    parts = [part for each in variants for key in find_keys(each, command) for part in key.split(".")]
+    if any(part.endswith("[]") for part in parts):
+        sentences.append("`[]` stands for each item of a list.")
+    sentences += [f"`{name}` stands for each name." for name in dict.fromkeys(filter(str.isupper, parts))]
+    return " ".join(filter(None, sentences))
 
 
 def find_keys(words: str, command: click.Command) -> dict[str, Key]:
@@ -130,7 +146,7 @@ def _read_docstring(documented: Any, prefix: str) -> dict[str, Key]:
             keys |= _leave_out(read_keys(source, inner := f"{prefix}{key[:-1]}"), {*keys, f"{inner}{without}"})
         else:
             value, _, meaning = words.partition("; ")
-            keys[f"{prefix}{key}"] = Key(value, meaning[:1].upper() + meaning[1:])
+            keys[f"{prefix}{key}"] = Key(value, f"{meaning[:1].upper()}{meaning[1:]}")
     return keys
 
 
@@ -145,7 +161,7 @@ def _read_fields(model: type, prefix: str) -> dict[str, Key]:
     for name in names:
         if hints[name] == BaseException | None:
             continue
-        keys[f"{prefix}{name}"] = Key(_name_type(hints[name]), texts.get(name, ""))
+        keys[f"{prefix}{name}"] = Key(_name_type(hints[name]), _translate(texts.get(name, "")))
         for inner, suffix in _list_objects(hints[name]):
             keys |= _leave_out(_read_fields(inner, f"{prefix}{name}{suffix}."), keys)
     return keys
@@ -168,12 +184,25 @@ def _list_objects(annotation: Any, suffix: str = "") -> Iterator[tuple[type, str
 def _name_type(annotation: Any) -> str:
     origin, parts = get_origin(annotation), get_args(annotation)
     if origin in (Union, UnionType):
-        return " or ".join(dict.fromkeys(map(_name_type, parts)))
+        *words, last = dict.fromkeys(" or ".join(map(_name_type, parts)).split(" or "))
+        return f"{', '.join(words)} or {last}" if words else last
     if isinstance(annotation, type) and issubclass(annotation, Enum):
         return f"text: {', '.join(f'``{each.value}``' for each in annotation)}"
     if isinstance(origin, type) and issubclass(origin, Sequence):
         return f"list of {PLURALS.get(word := _name_type(parts[0]), word)}"
+    if isinstance(origin, type) and issubclass(origin, Mapping) and parts[1] in WORDS:
+        return f"object of {PLURALS.get(word := WORDS[parts[1]], word)}"
     return WORDS.get(annotation, "object")
+
+
+def _translate(text: str) -> str:
+    """Return a text about a field with the words of JSON for those of Python.
+
+    >>> _translate("None if it is unknown. It is not False.")
+    'Null if it is unknown. It is not false.'
+    """
+    text = re.sub(r"(^|[.] )None\b", r"\1Null", text)
+    return re.sub(r"\b(None|True|False)\b", lambda found: {"None": "null"}.get(found[0], found[0].lower()), text)
 
 
 def _leave_out(keys: dict[str, Key], known: Container[str]) -> dict[str, Key]:

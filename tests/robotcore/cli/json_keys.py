@@ -7,7 +7,7 @@ from typing import Any
 
 import click
 
-from docs.generator.json_tables import LIST_COMMANDS, Key, find_keys
+from docs.generator.json_tables import LIST_COMMANDS, VARIANT, Key, find_keys
 from robotcore.cli.main import robotcore
 
 
@@ -26,8 +26,8 @@ COMMANDS = dict(list_commands())
 
 
 def find_documented_keys(words: str) -> dict[str, Key]:
-    """Return the keys of a command. Its words may end with an option, as in ``doctor --loopback``."""
-    return find_keys(words, COMMANDS[words.partition(" --")[0]])
+    """Return the keys of a command. ``words`` is a key of `SOURCES`."""
+    return find_keys(words, COMMANDS[words.partition(VARIANT)[0]])
 
 
 def list_disagreements(words: str, *answers: Any) -> list[str]:

@@ -9,7 +9,7 @@ from pathlib import Path
 
 import pytest
 
-from docs.generator.json_tables import LIST_COMMANDS, SOURCES, has_json
+from docs.generator.json_tables import LIST_COMMANDS, SOURCES, VARIANT, has_json
 from tests.robotcore.cli.conftest import Cli
 from tests.robotcore.cli.json_keys import COMMANDS, find_documented_keys, list_disagreements
 
@@ -41,7 +41,7 @@ def recording(cli: Cli) -> str:
 
 
 def test_each_command_with_json_has_a_table() -> None:
-    assert {words.partition(" --")[0] for words in SOURCES} == {each for each in COMMANDS if has_json(COMMANDS[each])}
+    assert {words.partition(VARIANT)[0] for words in SOURCES} == {each for each in COMMANDS if has_json(COMMANDS[each])}
 
 
 @pytest.mark.parametrize("words", SOURCES)
@@ -94,7 +94,12 @@ def test_keys_of_a_replay_are_those_of_the_page(cli: Cli, recording: str) -> Non
 
 def test_keys_of_a_replay_of_another_app_are_those_of_the_page(cli: Cli, recording: str) -> None:
     Path("other.py").write_text(LOGGING.replace("Odd", "Other").replace("0.1", "0.05"))
-    assert list_disagreements("replay --app", cli("replay", recording, "--app", "other.py", "--json").json) == []
+    assert (
+        list_disagreements(
+            "replay with another app or with `--set`", cli("replay", recording, "--app", "other.py", "--json").json
+        )
+        == []
+    )
 
 
 def test_keys_of_compare_are_those_of_the_page(cli: Cli, recording: str, brief_recording: Path) -> None:
