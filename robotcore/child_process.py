@@ -16,9 +16,7 @@ from subprocess import DEVNULL, PIPE, Popen
 from threading import Timer
 from typing import Any
 
-from robotcore.system import HAS_POSIX
-
-LOOPBACK = "127.0.0.1"
+from robotcore.system import HAS_POSIX, LOOPBACK
 
 CONNECTING_S = 20.0
 """The time limit for the connection of a new process on a system without POSIX, in seconds."""

@@ -92,13 +92,13 @@ def save_output(content: bytes, file: Path, option: str) -> None:
         raise _build_unwritable_error(file, error, option) from None
 
 
-def require_writable(file: Path, option: str, suffix: str) -> None:
+def require_writable(file: Path, option: str, suffix: str = "") -> None:
     """Raise UsageError if a file has another suffix or cannot be replaced. The check does not change the file.
 
     option: as for `save_output`.
-    suffix: the suffix that the file must have, such as ``.png``.
+    suffix: the suffix that the file must have, such as ``.png``; ``""`` for any.
     """
-    if file.suffix.lower() != suffix:
+    if suffix and file.suffix.lower() != suffix:
         text = f"{option} {file}: not a {suffix} file. Name a {suffix} file"
         raise UsageError(text.lstrip(), kind="file-ending")
     try:

@@ -17,6 +17,9 @@ except ModuleNotFoundError:
 HAS_POSIX = fcntl is not None
 """Whether the system has the processes, signals, terminals and file locks of POSIX. Windows has not."""
 
+LOOPBACK = "127.0.0.1"
+"""The address of the loopback interface, which only programs on this machine reach."""
+
 IS_LINUX = HAS_POSIX and sys.platform == "linux"
 """Whether the system has the device files and the ``/proc`` of Linux."""
 

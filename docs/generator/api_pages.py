@@ -4,10 +4,11 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from importlib import import_module
+from inspect import isclass, isroutine
 
 from docs.generator.key_tables import read_docstrings, read_summary
 from docs.generator.public_modules import PUBLIC_MODULES
-from docs.generator.public_names import list_public_names
+from docs.generator.public_names import MODULES, list_public_names
 
 ROOT_PACKAGE = "robotcore"
 
@@ -26,8 +27,15 @@ def name_page(title: str) -> str:
 def _format_module(name: str) -> str:
     if name == ROOT_PACKAGE:
         return _format_root_package()
-    members = list_public_names(name)
+    members = [each for each in list_public_names(name) if _is_shown_by(name, each)]
     return f"::: {name}\n    options:\n      members: {members}"
+
+
+def _is_shown_by(module: str, name: str) -> bool:
+    """Return whether the page shows a name below this module. A class is shown below the module that defines it."""
+    value = getattr(import_module(module), name)
+    is_imported = (isclass(value) or isroutine(value)) and value.__module__ != module
+    return not is_imported or value.__module__ not in MODULES
 
 
 def _format_root_package() -> str:

@@ -37,9 +37,30 @@ def open_pins() -> Factory:
         raise BackendMissingError(f"lgpio cannot be used: {error}. {INSTALL}", kind="lgpio-missing") from error
     number = find_chip_number()
     try:
-        return LGPIOFactory(number)  # the guardian uses the same number
+        factory = LGPIOFactory(number)  # the guardian uses the same number
     except lgpio.error as error:
         raise BackendError(explain_closed_chip(number), kind="gpio-chip-closed") from error
+    factory.pin_class = _define_pin_class()
+    return factory
+
+
+def _define_pin_class() -> type[Pin]:
+    from gpiozero.pins.lgpio import LGPIOPin
+
+    class LateEdgePin(LGPIOPin):  # type: ignore[misc]  # gpiozero has no types
+        """A pin that ignores an edge if its detection has just been stopped.
+
+        The callback of LGPIOPin raises TypeError then. It would end the one thread in which lgpio reports edges, and no
+        device of this program would get an edge again.
+        """
+
+        def _call_when_changed(self, chip: int, gpio: int, level: int, ticks: int) -> None:
+            with self._when_changed_lock:  # gpiozero holds it while it stops the detection
+                function = self.when_changed
+            if function:
+                function(ticks / 1e9, level)
+
+    return LateEdgePin
 
 
 @contextmanager

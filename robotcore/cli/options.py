@@ -202,9 +202,22 @@ def refuse_without(missing: str, remedy: str, **given: bool) -> None:
     remedy: an instruction for the user, as a sentence without its full stop.
     given: whether each option is given, by its name with ``_`` in place of ``-``.
     """
+    _refuse_options(f"without {missing}. {remedy}", given)
+
+
+def refuse_beside(other: str, **given: bool) -> None:
+    """Raise UsageError for the first given option, because it has no effect with another option.
+
+    other: the other option.
+    given: as for `refuse_without`.
+    """
+    _refuse_options(f"with {other}. Leave it out", given)
+
+
+def _refuse_options(condition: str, given: Mapping[str, bool]) -> None:
     for name in (name for name, is_given in given.items() if is_given):
         option = f"--{name.replace('_', '-')}"
-        text = f"{option} has no effect without {missing}. {remedy}"
+        text = f"{option} has no effect {condition}"
         raise UsageError(text, kind="option-without-effect", option=option)
 
 

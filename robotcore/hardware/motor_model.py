@@ -62,7 +62,7 @@ Model = Annotated[
     MotorModel,
     Field(
         description="a table such as { dead_band = 0.1, forward_rad_s = 14.0, backward_rad_s = 14.0 }; "
-        "docs/raspberry-pi.md says how to measure it"
+        'the page "From a box of parts to a robot" of the documentation says how to measure it'
     ),
 ]
 """The type of a key ``model`` in a robot's file."""

@@ -10,9 +10,8 @@ from ipaddress import ip_address
 from typing import NamedTuple
 
 from robotcore.errors import UsageError
-from robotcore.system import HAS_POSIX
+from robotcore.system import HAS_POSIX, LOOPBACK
 
-LOOPBACK = "127.0.0.1"
 TOKEN_BYTES = 16
 
 

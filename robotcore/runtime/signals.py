@@ -91,7 +91,8 @@ class SignalGuard:
         """The number of signals in this context and in the contexts inside it."""
         self._before: dict[int, Any] = {}
         self._suspension = 0
-        self._is_raised_by_watchdog = False
+        self.is_raised_by_watchdog = False
+        """Whether the next SIGINT is the watchdog's, on a system without `WATCHDOG_SIGNAL`."""
 
     def mask(self, *, but_last: bool = False) -> None:
         """Ignore all further signals. A run calls this before it closes the robot.
@@ -143,7 +144,8 @@ class SignalGuard:
                 assert WATCHDOG_SIGNAL
                 signal.pthread_kill(self._thread, WATCHDOG_SIGNAL)
             else:
-                self._is_raised_by_watchdog = True
+                if active := _find_active_guard():  # an inner context may handle the signal
+                    active.is_raised_by_watchdog = True
                 signal.raise_signal(signal.SIGINT)
 
     def __enter__(self) -> SignalGuard:
@@ -175,8 +177,8 @@ class SignalGuard:
             raise self.raised  # native code, such as pydantic's, raises an error of its own in its place
 
     def _raise(self, number: int, frame: FrameType | None) -> None:
-        if self._is_raised_by_watchdog:
-            self._is_raised_by_watchdog = False
+        if self.is_raised_by_watchdog:
+            self.is_raised_by_watchdog = False
             self._interrupt(number, frame)
             return
         self.count += 1

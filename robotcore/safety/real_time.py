@@ -53,9 +53,15 @@ REMEDY = (
 
 def require_real_time() -> None:
     """Raise UsageError if this system has no real-time priorities."""
-    if not (sys.platform.startswith("linux") and hasattr(os, "sched_setscheduler")):
+    if not sys.platform.startswith("linux"):
         text = f"--rt needs Linux, and this system is {sys.platform}. Leave --rt out"
-        raise UsageError(text, kind="no-real-time", system=sys.platform)
+    elif not hasattr(os, "sched_setscheduler"):
+        text = (
+            "--rt needs os.sched_setscheduler, and this Python lacks it. Leave --rt out, or take the Python of Debian"
+        )
+    else:
+        return
+    raise UsageError(text, kind="no-real-time", system=sys.platform)
 
 
 @dataclass(frozen=True)

@@ -15,7 +15,7 @@ from tests.docs.listings import ConsoleCommand, list_commands, list_listings, wr
 
 PAGES = {
     name: (Path(__file__).parents[2] / "docs" / f"{name}.md").read_text()
-    for name in ("apps", "interactive", "manoeuvres", "navigation", "raspberry-pi")
+    for name in ("apps", "interactive", "manoeuvres", "navigation", "raspberry-pi", "run-from-python")
 }
 COMMANDS = [
     pytest.param(page, command, id=f"{name}-{command.command}")

@@ -81,3 +81,13 @@ def test_pages_of_a_new_project_have_no_links_into_this_repository() -> None:
 def test_wrong_link_is_found(link: str, mistake: str) -> None:
     assert list_links(f"See [the page]({link}), not `[a](b)`.") == [link]
     assert find_mistake("docs/apps.md", link) == mistake
+
+
+def test_messages_and_shipped_files_name_pages_by_their_titles() -> None:
+    titles = {text.partition("\n")[0].removeprefix("# ") for text in PAGES.values()}
+    shipped = [file for folder in ("robotcore", "drivers", "apps") for file in (ROOT / folder).rglob("*.*")]
+    texts = {file: file.read_text(encoding="utf-8") for file in shipped if file.suffix in {".py", ".toml"}}
+    named = {(file, title) for file, text in texts.items() for title in re.findall(r'\bpage "([^"]+)"', text)}
+    assert len(named) > 10
+    assert {(file, title) for file, title in named if title not in titles} == set()
+    assert [file for file, text in texts.items() if re.search(r"\bdocs/[\w-]+\.md", text)] == []

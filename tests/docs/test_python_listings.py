@@ -46,6 +46,7 @@ RUN_BY = {
     "docs/manoeuvres.md": "test_console_listings",
     "docs/navigation.md": "test_console_listings",
     "docs/recording.md": "test_recording_page",
+    "docs/run-from-python.md": "test_console_listings",
     "docs/safety.md": "test_safety_page",
     "docs/teleop.md": "test_teleop_page",
     "docs/tutorials/bubblerob.md": "test_tutorials",

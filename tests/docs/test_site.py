@@ -2,14 +2,19 @@
 
 from __future__ import annotations
 
+import re
 import subprocess
 import sys
+from ast import literal_eval
+from collections import Counter
+from importlib import import_module
+from inspect import isclass, isroutine
 from pathlib import Path
 
 import pytest
 from click import Context
 
-from docs.generator.api_pages import name_page
+from docs.generator.api_pages import list_api_pages, name_page
 from docs.generator.error_pages import build_catalogue, explain, read_notes
 from docs.generator.public_modules import PUBLIC_MODULES
 from docs.generator.public_names import list_public_names
@@ -43,6 +48,19 @@ def test_page_of_each_public_module_has_its_names(site: Path) -> None:
         names = (f"{module}.{name}" for module in modules for name in list_public_names(module))
         missing += [name for name in names if name.rpartition(".")[2] not in page]
     assert missing == []
+
+
+def test_reference_shows_each_class_and_function_once() -> None:
+    directive = re.compile(r"::: (\S+)\n +options:\n +members: (.+)")
+    shown = [
+        f"{value.__module__}.{value.__qualname__}"
+        for _, page in list_api_pages()
+        for module, members in directive.findall(page)
+        for value in (getattr(import_module(module), name) for name in literal_eval(members))
+        if isclass(value) or isroutine(value)
+    ]
+    assert len(shown) > 200
+    assert [name for name, times in Counter(shown).items() if times > 1] == []
 
 
 @pytest.mark.slow

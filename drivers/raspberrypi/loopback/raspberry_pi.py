@@ -126,7 +126,7 @@ class PiLoopbackTest(LoopbackTest):
             yield from measure(self.wires, pins)
 
     def _measure_step(self, rules: tuple[str, ...], measure: Measure) -> Iterator[RuleResult]:
-        """Yield the results of a step. If a device fails, its rules without a result fail too."""
+        """Yield the results of a step. Its rules without a result fail, such as after a failure of a device."""
         done = set()
         try:
             for result in measure():
@@ -135,7 +135,11 @@ class PiLoopbackTest(LoopbackTest):
         except (DeviceError, BackendError) as error:
             yield from (RuleResult.fail(rule, str(error)) for rule in rules if rule not in done)
         else:
-            yield from (RuleResult.skip(rule, "not measured") for rule in rules if rule not in done)
+            yield from (
+                RuleResult.fail(rule, "the step ended without a result. Run the test again")
+                for rule in rules
+                if rule not in done
+            )
 
     def _find_problem(self, wire: LoopbackWire, *, is_searching_pins: bool = False) -> str:
         ends = {gpio for each in self.wires for gpio in (each.output, each.input)}

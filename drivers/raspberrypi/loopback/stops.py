@@ -33,7 +33,7 @@ class StopWay(NamedTuple):
     rule: str
     action: Action
     bound_s: float
-    """The promised time from the event until the pin is low: docs/safety.md."""
+    """The promised time from the event until the pin is low, see the page "Safety"."""
     signal_number: int = 0
     """The signal that this test sends; 0 for none."""
 

@@ -83,8 +83,7 @@ def measure_ticks(
                 continue
             result = program.await_event("result") or {}
         if is_real_time and not ticks["priority"]:
-            notes = [note for note in result.get("notes", ()) if "--rt" in note]
-            yield RuleResult.skip(rule, " ".join(notes) or "the system grants no real-time priority")
+            yield RuleResult.skip(rule, " ".join(result.get("notes", ())) or "the run had no real-time priority")
             continue
         granted = {key: ticks[key] for key in ("priority", "locked_kb")} if is_real_time else {}
         yield build_jitter_result(rule, Jitter.from_times(ticks["times"], rate), rate, load_programs=load, **granted)

@@ -122,7 +122,7 @@ def _describe_lags(results: list[MotorResult], robot: CalibratedRobot) -> str:
     return (
         f"The {later} wheels follow a command {abs(difference) * 1000:.0f} ms later than the {earlier} wheels, so the "
         f"robot turns to the {later} when it starts. The manoeuvre straight corrects this by {reference}: "
-        "docs/manoeuvres.md"
+        'the page "Manoeuvres" of the documentation'
     )
 
 

@@ -14,6 +14,7 @@ from robotcore.cli.options import (
     merge_options,
     parse_pair,
     port_option,
+    refuse_beside,
     refuse_without,
 )
 from robotcore.cli.output import as_json, write_finding, write_json, write_line
@@ -103,19 +104,16 @@ def command(
     pins, the drivers, the ticks and the time of each kind of stop. With --robot, it also tests a motor off the
     ground. It writes a report without private data. The exit status is 1 if a rule failed.
     """
+    given = {_LOOPBACK_OPTIONS[name]: bool(value) for name, value in loopback_options.items()}
     if row:
-        others = {option: loopback_options[name] for name, option in _LOOPBACK_OPTIONS.items()}
-        _refuse_beside_row(
-            {**others, "robot": robot, "backend": backend, "port": port, "option": options}
-            | {"loopback": loopback, "json": as_json}
-        )
+        others = {"robot": robot, "backend": backend, "port": port, "option": options, "json": as_json}
+        refuse_beside("--row", **given, **{name: bool(value) for name, value in others.items()}, loopback=loopback)
         from robotcore.cli.doctor.loopback_report import format_row
 
         write_line(format_row(row))
         return 0
     if loopback:
         return _test_loopback(robot, backend, merge_options(options, port=port), loopback_options, as_json=as_json)
-    given = {_LOOPBACK_OPTIONS[name]: bool(value) for name, value in loopback_options.items()}
     refuse_without("--loopback", "Add --loopback", **given)
     if not (robot and backend):
         refuse_without("--robot and --backend", "Add both", port=port is not None, option=bool(options))
@@ -130,14 +128,6 @@ def command(
         write_line()
         write_line(f"{pluralize(errors, 'error')}, {pluralize(warnings, 'warning')}")
     return status
-
-
-def _refuse_beside_row(given: Mapping[str, object]) -> None:
-    for name, value in given.items():
-        if value:
-            option = f"--{name.replace('_', '-')}"
-            text = f"{option} has no effect with --row. Leave it out"
-            raise UsageError(text, kind="option-without-effect", option=option)
 
 
 _LOOPBACK_OPTIONS = {

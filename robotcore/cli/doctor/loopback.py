@@ -10,15 +10,11 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from robotcore.cli.doctor.loopback_report import (
-    COMPLETE,
-    LoopbackReport,
-    build_default_name,
-    require_report_file,
-)
+from robotcore.cli.doctor.loopback_report import COMPLETE, OPTION, LoopbackReport, build_default_name
 from robotcore.cli.output import redirect_prints, write_json, write_line
 from robotcore.cli.person import TerminalPerson, has_terminal
 from robotcore.errors import Interrupted, RobotcoreError, UnknownNameError, UsageError
+from robotcore.files import require_writable
 from robotcore.text import escape
 
 if TYPE_CHECKING:
@@ -71,7 +67,7 @@ def run_loopback(
         text = "no terminal to ask you to connect the wires. Run the command in a terminal, or add --answer wires=ready"
         raise UsageError(text, kind="not-confirmed")
     file = file or build_default_name(datetime.now())  # noqa: DTZ005  the owner's local time
-    require_report_file(file)
+    require_writable(file, OPTION)
     report = LoopbackReport(request, test.pins, test.describe_board(), test.rules)
     with SignalGuard(), redirect_prints(as_json=as_json):
         _measure(test, AnsweringLoopbackPerson(given), report, file, as_json=as_json)
@@ -142,4 +138,4 @@ def _write_end(report: LoopbackReport, file: Path) -> None:
     write_line()
     write_line(f"{report.count('passed')} passed, {report.count('failed')} failed, {report.count('skipped')} skipped")
     write_line(f"The report: {file}. It has no host name, user name, serial number or path.")
-    write_line('Read it and send it: "Test your Pi" in the page "Raspberry Pi" of the documentation')
+    write_line('Read it and send it: "Test your Pi" in the page "From a box of parts to a robot" of the documentation')

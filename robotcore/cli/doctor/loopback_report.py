@@ -20,7 +20,7 @@ from pydantic import BaseModel, ConfigDict, Field
 from robotcore.compatibility import read_version
 from robotcore.description.file_reading import read_limited
 from robotcore.errors import UsageError
-from robotcore.files import replace_file, require_replaceable
+from robotcore.files import save_output
 from robotcore.text import escape
 
 if TYPE_CHECKING:
@@ -64,19 +64,6 @@ def build_default_name(now: datetime) -> Path:
     """Return the file name of a report. It has the host's name, for the owner; the file's content has not."""
     host = re.sub(r"[^\w-]", "-", platform.node().partition(".")[0]) or "pi"
     return Path(f"robotcore-{host}-{now:%Y-%m-%d-%H%M}.json")
-
-
-def require_report_file(file: Path) -> None:
-    """Raise UsageError if a report cannot be written into a file."""
-    try:
-        require_replaceable(file)
-    except OSError as error:
-        raise _build_unwritable_error(file, error) from error
-
-
-def _build_unwritable_error(file: Path, error: OSError) -> UsageError:
-    text = f"{OPTION} {file}: {error.strerror}. Name a file that you can write, on a disk with free space"
-    return UsageError(text, kind="file-not-writable", file=str(file))
 
 
 class LoopbackReport:
@@ -170,11 +157,8 @@ class LoopbackReport:
 
     def save(self, file: Path) -> None:
         """Write the report. Raises UsageError if that fails."""
-        try:
-            with replace_file(file) as part:
-                part.write_text(json.dumps(self.to_dict(), indent=1, ensure_ascii=False) + "\n", encoding="utf-8")
-        except OSError as error:
-            raise _build_unwritable_error(file, error) from error
+        content = json.dumps(self.to_dict(), indent=1, ensure_ascii=False) + "\n"
+        save_output(content.encode(), file, OPTION)
 
 
 def _find_system() -> str:

@@ -9,6 +9,7 @@ from contextlib import ExitStack, nullcontext
 from pathlib import Path
 from types import ModuleType
 from typing import Any
+from unittest.mock import Mock
 
 import pytest
 from gpiozero import LED, PWMLED, OutputDevice
@@ -80,6 +81,24 @@ def test_the_pins_are_on_the_same_chip_as_the_guardians_lines(lines: Lines, monk
         guardian.claim_low([17])
     guardian.close()
     pins.close()
+
+
+def test_an_edge_after_the_stop_of_its_detection_is_ignored(pins: Any, monkeypatch: pytest.MonkeyPatch) -> None:
+    """An exception would end lgpio's thread, and with it the edges of all devices."""
+    registered = Mock()
+    monkeypatch.setattr("lgpio.callback", registered)
+    edges = []
+
+    def on_edge(ticks: float, level: int) -> None:
+        edges.append((ticks, level))
+
+    pin = pins.pin(17)
+    pin.when_changed = on_edge
+    report_edge = registered.call_args.args[-1]
+    report_edge(0, 17, 1, 2_500_000_000)
+    stop_edge_detection(pin)
+    report_edge(0, 17, 0, 2_600_000_000)
+    assert edges == [(2.5, 1)]
 
 
 @pytest.mark.parametrize("is_missing", [True, False])

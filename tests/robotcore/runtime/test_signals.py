@@ -183,6 +183,15 @@ class TestSignalGuard:
             with pytest.raises(Interrupted):
                 signal.raise_signal(signal.SIGINT)
 
+    def test_without_posix_the_watchdog_also_interrupts_an_inner_context(self, monkeypatch: pytest.MonkeyPatch) -> None:
+        monkeypatch.setattr(signals, "HAS_POSIX", False)
+        with SignalGuard() as guard:
+            with SignalGuard() as inner, pytest.raises(WatchdogInterrupt):
+                guard.interrupt_main_thread()
+            assert (inner.count, inner.raised) == (0, None)
+            with pytest.raises(Interrupted):
+                signal.raise_signal(signal.SIGINT)
+
     def test_watchdog_interrupt_after_the_mask_raises_nothing(self) -> None:
         with SignalGuard() as guard:
             guard.mask()

@@ -8,7 +8,7 @@ import subprocess
 import sys
 import threading
 from collections.abc import Iterator
-from contextlib import closing
+from contextlib import closing, suppress
 from importlib.metadata import EntryPoint
 from pathlib import Path
 from time import monotonic, sleep
@@ -47,6 +47,15 @@ granted = pytest.mark.skipif(not _is_granted(), reason="this user has no real-ti
 def test_another_system_than_linux_is_a_usage_error(monkeypatch: pytest.MonkeyPatch, raises: Raises) -> None:
     monkeypatch.setattr("sys.platform", "darwin")
     with raises(UsageError, "no-real-time", system="darwin"):
+        require_real_time()
+
+
+@linux
+def test_a_python_without_the_calls_of_the_scheduler_is_a_usage_error(
+    monkeypatch: pytest.MonkeyPatch, raises: Raises
+) -> None:
+    monkeypatch.delattr(os, "sched_setscheduler")
+    with raises(UsageError, "no-real-time", system="linux"):
         require_real_time()
 
 
@@ -164,6 +173,16 @@ def hung() -> Iterator[subprocess.Popen[str]]:
         process.kill()
 
 
+def read_children(parent: int) -> list[dict[str, str]]:
+    """Return the fields of proc_pid_status(5) of each child process."""
+    found = []
+    for file in Path("/proc").glob("[0-9]*/status"):
+        with suppress(OSError):  # the process has just ended
+            lines = file.read_text().splitlines()
+            found += [{name: value.strip() for name, _, value in (line.partition(":") for line in lines)}]
+    return [each for each in found if each.get("PPid") == str(parent)]
+
+
 @granted
 @pytest.mark.slow
 def test_an_app_that_computes_without_end_loses_its_priority_and_the_watchdog_ends_it(
@@ -190,6 +209,9 @@ def test_an_app_that_blocks_the_interpreter_at_real_time_priority_is_killed_and_
     begin = json.loads(hung.stdout.readline())
     assert begin["event"] == "hangs"
     start = monotonic()
+    assert [each["VmLck"] != "0 kB" for each in read_children(hung.pid)] == [True], (
+        "the guardian's memory is not locked"
+    )
     waits = []
     while hung.poll() is None and monotonic() - start < 30:
         before = monotonic()

@@ -44,7 +44,7 @@ ECHO_FREE_S = 0.6
 BOARD = (
     "The board runs ROSArduinoBridge, or robotcore_bridge, which robotcore firmware flash writes to it. "
     "robotcore_bridge stops sooner, adds checksums, and measures range and battery at any time. The pins are in the "
-    "firmware's config.h and in docs/firmware.md."
+    'firmware\'s config.h and in the page "The firmware: wheels on an Arduino" of the documentation.'
 )
 TIMEOUT = (
     "ROSArduinoBridge always stops the motors 2 s after the last command; robotcore_bridge stops them after "
@@ -57,7 +57,7 @@ COUNTING = (
 EDGES = (
     'With counts_per_turn = {counts_per_turn} and counts = "{counts}", a turn of the wheel has {edges} edges of the '
     "encoder's two channels. If a turn really has a quarter of these edges, the wheel turns four times too fast. Check "
-    "the count once as docs/firmware.md describes."
+    'the count once as the page "The firmware: wheels on an Arduino" of the documentation describes.'
 )
 NO_PIN_NOTE = (
     "robotcore_bridge has the module's pins in its config.h. For ROSArduinoBridge, add the pin of the module, such as "

@@ -88,7 +88,7 @@ def test_ctrl_c_at_any_step_leaves_the_pins_low_and_a_partial_report(
     _, err = program.communicate(timeout=END_S)
     report = read(tmp_path / "r.json")
     assert (program.returncode, report["ended"]) == (-signal.SIGINT, "interrupted by SIGINT"), err
-    assert "Traceback" not in err
+    assert "Traceback" not in err, err
     assert read_verdicts(report)["stop-sigkill"] == "skipped"
     assert_released(lines)
 
