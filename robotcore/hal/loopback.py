@@ -31,6 +31,7 @@ class RuleResult:
     rule: str
     """A stable identifier in kebab-case, such as ``stop-sigkill``."""
     verdict: Verdict
+    """The result of the rule."""
     measured: str = ""
     """The measured value with its unit, as text; empty for a skipped rule."""
     bound: str = ""

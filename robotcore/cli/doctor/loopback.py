@@ -6,7 +6,7 @@ from collections.abc import Iterable, Mapping
 from contextlib import closing, suppress
 from datetime import datetime
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import click
 
@@ -73,10 +73,21 @@ def run_loopback(
     with SignalGuard() as signals, redirect_prints(as_json=as_json):
         _measure(test, AnsweringLoopbackPerson(given), report, file, signals, as_json=as_json)
     if as_json:
-        write_json({**report.to_dict(), "report": str(file)})
+        write_json(_build_answer(report, file))
     else:
         _write_end(report, file)
     return report.exit_status
+
+
+def _build_answer(report: LoopbackReport, file: Path) -> dict[str, Any]:
+    """Return the data for JSON.
+
+    The JSON keys:
+
+    *: robotcore.cli.doctor.loopback_report.LoopbackReport.to_dict
+    report: text; the file of the report.
+    """
+    return {**report.to_dict(), "report": str(file)}
 
 
 def _measure(

@@ -117,7 +117,32 @@ class LoopbackReport:
         return int(self.ended != COMPLETE or self.count("failed") > 0)
 
     def to_dict(self) -> dict[str, Any]:
-        """Return the report as data for JSON."""
+        """Return the report as data for JSON.
+
+        The JSON keys:
+
+        format: whole number; the version of the report's format.
+        ended: text; ``complete``, or why the test ended before.
+        date: text; the date in UTC, such as ``2026-11-25``.
+        robotcore: text; the version of robotcore.
+        python: text; the version of Python.
+        kernel: text; the version of the kernel.
+        machine: text; the processor, such as ``aarch64``.
+        os: text; the operating system.
+        processors: whole number; the number of processor cores.
+        board: object of text; facts about the board, such as its ``model`` and the versions of its libraries.
+        options: object; the options of the test.
+        options.wires: list of lists of two numbers; the GPIOs of each wire, output and input.
+        options.rt: true or false; whether ``--rt`` was given.
+        options.tick_test_s: number, s; the duration of each measurement of the ticks.
+        options.has_robot: true or false; whether ``--robot`` was given.
+        passed: whole number; the number of rules that passed.
+        failed: whole number; the number of rules that failed.
+        skipped: whole number; the number of rules without a result.
+        rules: list of objects; the results of the rules.
+        rules[].*: robotcore.hal.loopback.RuleResult
+        exit_status: whole number; the exit status.
+        """
         return {
             "format": FORMAT,
             "ended": self.ended,
