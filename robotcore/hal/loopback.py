@@ -56,7 +56,7 @@ class RuleResult:
 
     @classmethod
     def skip(cls, rule: str, reason: str) -> RuleResult:
-        """Return the result of a rule that was not measured."""
+        """Return the result of a rule that was left out, or that the test has not reached."""
         return cls(rule, Verdict.SKIPPED, reason=reason)
 
 

@@ -41,6 +41,12 @@ class WrittenNote(str):
     __slots__ = ()
 
 
+class RealTimeNote(WrittenNote):
+    """A note about the real-time priority of the run and its locked memory."""
+
+    __slots__ = ()
+
+
 @dataclass(frozen=True)
 class RunResult:
     """The result of one run. A value that the backend cannot measure is None.

@@ -15,6 +15,7 @@ import pytest
 from click import Context
 
 from docs.generator.api_pages import list_api_pages, name_page
+from docs.generator.error_catalogue import Entry
 from docs.generator.error_pages import build_catalogue, explain, read_notes
 from docs.generator.public_modules import PUBLIC_MODULES
 from docs.generator.public_names import list_public_names
@@ -24,7 +25,12 @@ from robotcore.plugins import app_names, backend_names, device_driver_names, fau
 from tests.robotcore.live.chromium import require_chromium
 
 ROOT = Path(__file__).parents[2]
-CATALOGUE = build_catalogue()
+
+
+@pytest.fixture(scope="module")
+def catalogue() -> dict[str, Entry]:
+    """Read each error of the source. This takes seconds, so only the tests that need it do it."""
+    return build_catalogue()
 
 
 @pytest.fixture(scope="module")
@@ -82,19 +88,19 @@ def test_page_of_the_reference_has_each_installed_part(site: Path, page: str, na
 
 
 @pytest.mark.slow
-def test_each_command_and_each_error_has_a_page(site: Path) -> None:
+def test_each_command_and_each_error_has_a_page(site: Path, catalogue: dict[str, Entry]) -> None:
     commands = robotcore.list_commands(Context(robotcore))
-    pages = [f"commands/{name}" for name in commands] + [f"errors/{kind}" for kind in CATALOGUE]
+    pages = [f"commands/{name}" for name in commands] + [f"errors/{kind}" for kind in catalogue]
     assert [page for page in pages if not (site / "reference" / f"{page}.html").is_file()] == []
 
 
-def test_each_error_has_a_cause_and_a_remedy() -> None:
-    explained = {kind: explain(entry) for kind, entry in CATALOGUE.items()}
+def test_each_error_has_a_cause_and_a_remedy(catalogue: dict[str, Entry]) -> None:
+    explained = {kind: explain(entry) for kind, entry in catalogue.items()}
     assert [kind for kind, pairs in explained.items() if not pairs or not all(map(all, pairs))] == []
 
 
-def test_notes_about_errors_are_about_errors_of_the_source() -> None:
-    assert read_notes().keys() - CATALOGUE.keys() == {"classes"}
+def test_notes_about_errors_are_about_errors_of_the_source(catalogue: dict[str, Entry]) -> None:
+    assert read_notes().keys() - catalogue.keys() == {"classes"}
 
 
 @pytest.mark.slow

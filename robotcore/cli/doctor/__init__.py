@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Iterable, Iterator, Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -33,10 +34,9 @@ MACHINE = "machine"
 
 def parse_wire(value: str) -> tuple[int, int]:
     """Return the output and the input of a wire, such as ``20:21``."""
-    output, _, target = (part.strip() for part in value.partition(":"))
-    if not (output.isdecimal() and target.isdecimal()):
-        raise click.BadParameter(f"{value!r} is not OUT:IN. Give two GPIOs, such as 20:21")
-    return int(output), int(target)
+    if not (found := re.fullmatch(r"([0-9]{1,3}):([0-9]{1,3})", value)):
+        raise click.BadParameter(f"{value[:20]!r} is not OUT:IN. Give two GPIOs, such as 20:21")
+    return int(found[1]), int(found[2])
 
 
 @click.command("doctor")
