@@ -188,6 +188,8 @@ def _name_type(annotation: Any) -> str:
         return f"{', '.join(words)} or {last}" if words else last
     if isinstance(annotation, type) and issubclass(annotation, Enum):
         return f"text: {', '.join(f'``{each.value}``' for each in annotation)}"
+    if isinstance(annotation, type) and issubclass(annotation, tuple):  # a NamedTuple, which json writes as a list
+        origin, parts = annotation, tuple(get_type_hints(annotation).values())
     if isinstance(origin, type) and issubclass(origin, Sequence):
         return f"list of {PLURALS.get(word := _name_type(parts[0]), word)}"
     if isinstance(origin, type) and issubclass(origin, Mapping) and parts[1] in WORDS:

@@ -24,6 +24,9 @@ def list_commands(group: click.Group = robotcore, words: str = "") -> Iterator[t
 
 COMMANDS = dict(list_commands())
 
+WORDS = {dict: "object", list: "list", str: "text", bool: "true", int: "number", float: "number", type(None): "null"}
+"""The words for the types of JSON in the tables."""
+
 
 def find_documented_keys(words: str) -> dict[str, Key]:
     """Return the keys of a command. ``words`` is a key of `SOURCES`."""
@@ -31,7 +34,7 @@ def find_documented_keys(words: str) -> dict[str, Key]:
 
 
 def list_disagreements(words: str, *answers: Any) -> list[str]:
-    """Return the documented keys that the answers of a command lack, and their keys that are not documented.
+    """Return the documented keys that the answers of a command lack, their other keys, and their values of other types.
 
     A key that is not always there may be missing, with those of its object.
     """
@@ -40,7 +43,14 @@ def list_disagreements(words: str, *answers: Any) -> list[str]:
         f"{words}: one answer is no list" for each in answers if isinstance(each, list) != (words in LIST_COMMANDS)
     ]
     rows = [row for answer in answers for row in (answer if isinstance(answer, list) else [answer])]
-    printed = {key for row in rows for key in _list_keys(row, documented)}
+    values = [pair for row in rows for pair in _list_values(row, documented)]
+    printed = {key for key, _ in values}
+    types = {key: each.value for key, each in documented.items()}
+    found += [
+        f"{key} is {each!r}, not {types[key]}"
+        for key, each in values
+        if key in types and WORDS[type(each)] not in types[key]
+    ]
     absent = {key for key, each in documented.items() if each.is_optional} - printed
     inner = tuple(f"{key}{end}" for key in absent for end in (".", "[]"))
     missing = {key for key in documented.keys() - printed - absent if not key.startswith(inner)}
@@ -48,16 +58,16 @@ def list_disagreements(words: str, *answers: Any) -> list[str]:
     return found + [f"not documented: {key}" for key in sorted(printed - documented.keys())]
 
 
-def _list_keys(value: Any, documented: Mapping[str, Key], path: str = "") -> Iterator[str]:
-    """Yield the keys of a value, and those of the objects in it that have documented keys."""
+def _list_values(value: Any, documented: Mapping[str, Key], path: str = "") -> Iterator[tuple[str, Any]]:
+    """Yield the keys and values of an object, and of the objects in it that have documented keys."""
     if isinstance(value, list):
         for each in value:
-            yield from _list_keys(each, documented, f"{path}[]")
+            yield from _list_values(each, documented, f"{path}[]")
     prefix = f"{path}." if path else ""
     known = {key.removeprefix(prefix).partition(".")[0] for key in documented if key.startswith(prefix)}
     if isinstance(value, dict) and known:
         variable = next((name for name in known if name.isupper()), "")
         for name, each in value.items():
             if not variable:
-                yield f"{prefix}{name}"
-            yield from _list_keys(each, documented, f"{prefix}{variable or name}")
+                yield f"{prefix}{name}", each
+            yield from _list_values(each, documented, f"{prefix}{variable or name}")
