@@ -31,6 +31,7 @@ PROBLEM_POSITION = {"DeviceError": 1, "DeviceLostError": 1}
 PREFIXES = {"DeviceError": "DEVICE: ", "DeviceLostError": "DEVICE: ", "RecordingError": "FILE: ", "MapError": "FILE: "}
 """The beginning of the messages of a class, which its constructor writes."""
 
+KIND = re.compile(r"[a-z0-9-]+")
 SENTENCE_END = re.compile(r"(?<=[.?!…])\s+(?=[A-Z`'\"…])|; (?=(?:take|pass|set|write|check|give|call|it must)\b)")
 
 
@@ -81,6 +82,8 @@ def read_catalogue() -> dict[str, Entry]:
             if message and message not in found.messages:
                 found.messages.append(message)
     for kind, owner, text in _find_examples():
+        if "<locals>" in text or not KIND.fullmatch(kind):
+            continue  # a name of the test itself
         found = add_entry(kind, owner)
         if text not in found.examples:
             found.examples.append(text)
@@ -216,7 +219,15 @@ def _find_examples() -> Iterator[tuple[str, str, str]]:
                 ]
                 if len(calls) == 1 and known:
                     owner, kind = calls[0].args[:2]
-                    yield ast.literal_eval(kind), ast.unparse(owner).rpartition(".")[2], known[0]
+                    yield ast.literal_eval(kind), ast.unparse(owner).rpartition(".")[2], _shorten(known[0])
+
+
+def _shorten(text: str) -> str:
+    """Return a message of a test without its folder, and only the first of several mistakes in a file."""
+    first, *others = text.replace("TMP/", "").replace("TMP", "FOLDER").strip().splitlines()
+    label = first.removeprefix("check: ").partition(": ")[0]
+    is_list = any(each.startswith(label) for each in others)
+    return first if is_list else "\n".join([first, *others])
 
 
 def _is_expectation(call: ast.Call) -> bool:

@@ -20,7 +20,7 @@ else:
 
 NOTES = Path(__file__).with_name("error_notes.toml")
 MAX_SUMMARY = 120
-"""The greatest number of characters of a cause in the index."""
+"""The greatest number of characters of a message in the index."""
 
 MAX_MESSAGES = 5
 """The greatest number of messages on a page."""
@@ -82,36 +82,40 @@ def _format_index(catalogue: dict[str, Entry]) -> str:
     return f"""\
 # Errors
 
-Each error has an identifier, its `kind`. With `--json`, a command prints it as the key `kind`. In Python, it is the
-attribute `kind` of the exception. A script should compare it, because messages change.
+Each error has an identifier, its `kind`. The commands that have `--json`, such as `run`, print it as the key `kind`.
+In Python, it is the attribute `kind` of the exception. A script should compare it, because messages change.
 
-To find an error by its message, search this page for a part of the message without names and numbers.
+To find an error by its message, search this page for a part of the message without names and numbers. An upper-case
+word or … stands for a value.
 
 A `Finding` is a line of `robotcore doctor`, `robotcore check` or `robotcore test-devices`. A `Mistake` is a wrong
 value in a file: the command raises a `DescriptionError` with its identifier.
 
-| kind | class | cause |
+| kind | class | messages |
 | --- | --- | --- |
 {rows}
 """
 
 
 def _format_page(entry: Entry) -> str:
-    messages = [each for each in entry.messages[:MAX_MESSAGES] if error_catalogue.has_words(each.problem)]
     parts = [f"# {entry.kind}", *map(_describe_owner, sorted(entry.owners))]
     for number, (cause, remedy) in enumerate(explain(entry), 1):
         parts += ["## Cause and remedy"] if number == 1 else []
         parts += [f"**Cause.** {_escape(_make_sentence(cause))}", f"**Remedy.** {_escape(_make_sentence(remedy))}"]
         parts += ["---"]
     parts.pop()
-    if messages:
-        parts += ["## Message", "An upper-case word or … stands for a value."]
-        parts += [_fence(". ".join(filter(None, message))) for message in messages]
-    if entry.examples:
-        parts += ["## Example", _fence(entry.examples[0])]
+    if messages := _list_messages(entry):
+        parts += ["## Message", "An upper-case word or … stands for a value.", *map(_fence, messages)]
     if entry.modules:
         parts += [f"Raised by {', '.join(f'`{module}`' for module in sorted(entry.modules))}."]
     return "\n\n".join(parts) + "\n"
+
+
+def _list_messages(entry: Entry) -> list[str]:
+    """Return the messages of an error: one of a real run first, if there is one, then those of the source."""
+    found = [". ".join(filter(None, each)) for each in entry.messages if error_catalogue.has_words(each.problem)]
+    real = [read_notes()[entry.kind]["message"]] if "message" in read_notes().get(entry.kind, {}) else entry.examples
+    return [*real[:1], *found[:MAX_MESSAGES]]
 
 
 def _describe_owner(name: str) -> str:
@@ -130,8 +134,8 @@ def _make_sentence(text: str) -> str:
 
 
 def _summarize(entry: Entry) -> str:
-    cause = explain(entry)[0].problem
-    return _escape(cause if len(cause) <= MAX_SUMMARY else f"{cause[:MAX_SUMMARY]}…")
+    texts = _list_messages(entry) or [explain(entry)[0].problem]
+    return "<br>".join(_escape(text if len(text) <= MAX_SUMMARY else f"{text[:MAX_SUMMARY]}…") for text in texts)
 
 
 def _escape(text: str) -> str:

@@ -17,6 +17,9 @@ FIXED = {
 """The paths on the site of files of the repository."""
 
 LINK = re.compile(r"(\]\(\s*)([^()#\s]+)((?:#[^()\s]*)?\))")
+FILE_LINK = re.compile(r"\[`?[\w./-]+\.md`?\](?=\(\s*([^()#\s]+\.md))")
+"""Matches the text of a link to a page if it is the page's file, and its target."""
+
 FENCE = re.compile(r"(^ *```.*?^ *```$)", re.MULTILINE | re.DOTALL)
 NOT_SEARCHED = "---\nsearch:\n  exclude: true\n---\n"
 """The head of a page of source, which the search does not list."""
@@ -49,7 +52,7 @@ def read_repository_page(source: str) -> str:
 
 
 def rewrite_links(markdown: str, source: str, site_path: str, site_paths: dict[str, str]) -> str:
-    """Return a page whose links lead to the pages of the site.
+    """Return a page whose links lead to the pages of the site, and have their titles in place of file names.
 
     source: the page's path in the repository.
     site_path: its path on the site, from the site's root.
@@ -67,8 +70,19 @@ def rewrite_links(markdown: str, source: str, site_path: str, site_paths: dict[s
         new = site_paths.get(target) or (relpath(target, DOCS) if target.startswith(f"{DOCS}/") else None)
         return f"{link[1]}{relpath(new, dirname(site_path) or '.')}{link[3]}" if new else link[0]
 
+    def name_by_title(link: re.Match[str]) -> str:
+        file = ROOT / normpath(join(dirname(source), link[1]))
+        return f"[{_read_title(file)}]" if file.exists() else link[0]
+
     parts = FENCE.split(markdown)
-    return "".join(part if number % 2 else LINK.sub(rewrite, part) for number, part in enumerate(parts))
+    return "".join(
+        part if number % 2 else LINK.sub(rewrite, FILE_LINK.sub(name_by_title, part))
+        for number, part in enumerate(parts)
+    )
+
+
+def _read_title(page: Path) -> str:
+    return page.read_text(encoding="utf-8").partition("\n")[0].removeprefix("# ")
 
 
 def _list_targets(page: str) -> Iterator[str]:

@@ -69,6 +69,12 @@ def test_reference_shows_each_class_and_function_once() -> None:
     assert [name for name, times in Counter(shown).items() if times > 1] == []
 
 
+def test_messages_of_errors_name_nothing_of_the_tests(catalogue: dict[str, Entry]) -> None:
+    examples = {kind: entry.examples for kind, entry in catalogue.items()}
+    assert [kind for kind, texts in examples.items() if "TMP" in str(texts) or "<locals>" in str(texts)] == []
+    assert [kind for kind in catalogue if not re.fullmatch(r"[a-z0-9-]+", kind)] == []
+
+
 @pytest.mark.slow
 @pytest.mark.parametrize(
     "page, names",
