@@ -1,11 +1,13 @@
 from __future__ import annotations
 
 import re
+import shlex
 from pathlib import Path
 
 import pytest
 
-from tests.docs.listings import CODE, list_listings, read_rows
+from robotcore.cli.main import execute
+from tests.docs.listings import CODE, list_commands, list_listings, read_rows
 from tests.robotcore.recording.test_foxglove_channels import SCHEMAS
 
 PAGE = (Path(__file__).parents[2] / "docs" / "recording.md").read_text()
@@ -20,6 +22,24 @@ def test_the_listing_records_a_run_and_reads_it(
     answer = capsys.readouterr().out.splitlines()
     assert answer[0].startswith("2.0 ")
     assert any(re.fullmatch(r"nose Range (\d\.\d\d m|nothing in range) at 2.00 s", line) for line in answer[1:])
+
+
+@pytest.mark.slow
+def test_the_commands_of_the_page_print_what_it_shows(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capfd: pytest.CaptureFixture[str]
+) -> None:
+    """The first command makes the recording that the others read."""
+    monkeypatch.chdir(tmp_path)
+    commands = list_commands(PAGE)
+    assert len(commands) > 3
+    for each in commands:
+        execute(shlex.split(each.command)[1:])
+        answer = "".join(capfd.readouterr())
+        assert each.matches(answer), answer
+    header = Path("run.csv").read_text().partition("\n")[0].split(",")
+    named = {"time_s", "asked_left_rad_s", "sent_left_rad_s", "x_m", "true_x_m", "nose_m", "nose_time_s"}
+    assert named <= set(header)
+    assert [name for name in named if f"`{name}`" not in PAGE] == []
 
 
 def test_the_table_names_every_channel_and_its_schema() -> None:

@@ -44,6 +44,7 @@ RUN_BY = {
     "docs/raspberry-pi.md": "test_console_listings",
     "docs/run-from-python.md": "test_console_listings",
     "docs/faults.md": "test_faults_page",
+    "docs/recording.md": "test_recording_page",
     "docs/tutorials/bubblerob.md": "test_tutorials",
     "docs/tutorials/green-relay.md": "test_tutorials",
 }
