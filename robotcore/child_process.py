@@ -80,12 +80,13 @@ def start_linked_process(
 
 def _move_above_streams(link: socket) -> socket:
     """Return the same socket with a number above those of the standard streams, which a process may have closed."""
-    if link.fileno() > _LAST_STREAM:
-        return link
-    import fcntl
-
-    with link:
-        return socket(fileno=fcntl.fcntl(link.fileno(), fcntl.F_DUPFD_CLOEXEC, _LAST_STREAM + 1))
+    lower = []
+    while link.fileno() <= _LAST_STREAM:
+        lower.append(link)
+        link = link.dup()
+    for each in lower:
+        each.close()
+    return link
 
 
 def receive_link(address: str) -> socket:

@@ -194,15 +194,16 @@ def _require_keys(*, has_estop_key: bool) -> None:
 
 def _suggest_project_robot(robot: str) -> list[str]:
     """Return a line if --robot is not given, and the pyproject.toml in this folder names another robot."""
-    is_default = click.get_current_context().get_parameter_source("robot") is ParameterSource.DEFAULT
-    if not is_default or not Path("pyproject.toml").is_file():
+    get_source = click.get_current_context().get_parameter_source
+    if get_source("robot") is not ParameterSource.DEFAULT or not Path("pyproject.toml").is_file():
         return []
     from robotcore.deploy.project import FILE, read_tables
 
     with suppress(UsageError):  # a run needs no valid pyproject.toml
         table = read_tables(Path()).robotcore
         if table and table.robot and table.robot != robot:
-            names = {"--robot": table.robot, "--world": table.world}
+            is_world_given = get_source("world") is not ParameterSource.DEFAULT
+            names = {"--robot": table.robot, "--world": None if is_world_given else table.world}
             options = shlex.join(word for name, value in names.items() if value for word in (name, value))
             return [f"The robot was {robot}. To run the robot of {FILE}, add: {options}"]
     return []

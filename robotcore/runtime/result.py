@@ -78,7 +78,7 @@ class RunResult:
     reason: str = ""
     """Why the run ended, as a sentence."""
     verified: bool | None = None
-    """Whether the run was a success by the true state of the simulator. None if it is unknown."""
+    """Whether the run was a success by the true state of the simulator. None on a robot, and without a ``verify``."""
     judge: str | None = None
     """The app that verified the run, if it is not the app itself."""
     sim_time_s: float = 0.0
@@ -96,7 +96,7 @@ class RunResult:
     distance_to_target_m: float | None = None
     """The distance at the end from the front of the robot's body to the target's surface, in metres."""
     interventions: int = 0
-    """The number of times that the command filter or the latch changed a command."""
+    """The number of times that the safety stage changed a command, see the page "Safety"."""
     intervention_s: dict[str, float] = field(default_factory=dict)
     """For each cause of interventions the time for which the changed commands lasted, in seconds."""
     milestones: dict[str, float] = field(default_factory=dict)
