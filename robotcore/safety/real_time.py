@@ -17,6 +17,7 @@ from pathlib import Path
 from typing import Any
 
 from robotcore.errors import UsageError
+from robotcore.system import IS_LINUX
 from robotcore.threads import StoppingThread
 
 TICK_PRIORITY, STOP_PRIORITY = 20, 30
@@ -53,7 +54,7 @@ REMEDY = (
 
 def require_real_time() -> None:
     """Raise UsageError if this system has no real-time priorities."""
-    if not sys.platform.startswith("linux"):
+    if not IS_LINUX:
         text = f"--rt needs Linux, and this system is {sys.platform}. Leave --rt out"
     elif not hasattr(os, "sched_setscheduler"):
         text = (
