@@ -23,6 +23,7 @@ CONNECTING_S = 20.0
 
 _POLL_S = 0.1
 _CLOSED = -1
+_LAST_STREAM = 2
 _SECRET_BYTES = 32
 
 
@@ -56,7 +57,7 @@ def start_linked_process(
     """
     command = [sys.executable, "-c", code]
     if HAS_POSIX:
-        ours, theirs = socketpair()
+        ours, theirs = map(_move_above_streams, socketpair())
         with theirs:
             address = theirs.fileno()
             options = build_session_options([address])
@@ -75,6 +76,16 @@ def start_linked_process(
             process.kill()
             process.wait()
             raise
+
+
+def _move_above_streams(link: socket) -> socket:
+    """Return the same socket with a number above those of the standard streams, which a process may have closed."""
+    if link.fileno() > _LAST_STREAM:
+        return link
+    import fcntl
+
+    with link:
+        return socket(fileno=fcntl.fcntl(link.fileno(), fcntl.F_DUPFD_CLOEXEC, _LAST_STREAM + 1))
 
 
 def receive_link(address: str) -> socket:

@@ -80,40 +80,40 @@ def require_replaceable(file: Path) -> None:
     _make_part(file).unlink()
 
 
-def save_output(content: bytes, file: Path, option: str) -> None:
-    """Replace a file that a command writes. If it cannot be written, keep the old file and raise UsageError.
+def save_output(content: bytes, file: Path, label: str) -> None:
+    """Replace a file. If it cannot be written, keep the old file and raise UsageError.
 
-    option: the option of the command line that names the file; ``""`` if a call names it.
+    label: the first words of the error, in front of the file; ``""`` for none.
     """
     try:
         with replace_file(file) as part:
             part.write_bytes(content)
     except OSError as error:
-        raise _build_unwritable_error(file, error, option) from None
+        raise _build_unwritable_error(file, error, label) from None
 
 
-def require_writable(file: Path, option: str, suffix: str = "") -> None:
+def require_writable(file: Path, label: str, suffix: str = "") -> None:
     """Raise UsageError if a file has another suffix or cannot be replaced. The check does not change the file.
 
-    option: as for `save_output`.
+    label: as for `save_output`.
     suffix: the suffix that the file must have, such as ``.png``; ``""`` for any.
     """
     if suffix and file.suffix.lower() != suffix:
-        text = f"{option} {file}: not a {suffix} file. Name a {suffix} file"
+        text = f"{label} {file}: not a {suffix} file. Name a {suffix} file"
         raise UsageError(text.lstrip(), kind="file-ending")
     try:
         require_replaceable(file)
     except OSError as error:
-        raise _build_unwritable_error(file, error, option) from None
+        raise _build_unwritable_error(file, error, label) from None
 
 
-def _build_unwritable_error(file: Path, error: OSError, option: str) -> UsageError:
+def _build_unwritable_error(file: Path, error: OSError, label: str) -> UsageError:
     problem, remedy = error.strerror, "Name a file that you can write, on a disk with free space"
     if isinstance(error, FileNotFoundError):
         problem, remedy = f"there is no folder {file.parent}", "Make it, or name another file"
         if is_working_folder_deleted(file):
             problem, remedy = "the working folder has been deleted", "Change to another folder with cd"
-    text = f"{option} {file}: {problem}. {remedy}"
+    text = f"{label} {file}: {problem}. {remedy}"
     return UsageError(text.lstrip(), kind="file-not-writable", file=str(file))
 
 

@@ -8,6 +8,7 @@ from typing import Any
 
 import click
 
+from docs.generator.json_tables import format_json_section, has_json
 from robotcore.cli.main import robotcore
 
 
@@ -38,6 +39,9 @@ def _format_command(command: click.Command, parent: click.Context, level: int) -
     rows = list(_list_rows(command, context))
     if rows:
         yield "\n".join(["| option | meaning | default |", "| --- | --- | --- |", *rows])
+    if has_json(command):
+        yield f"{'#' * (level + 1)} JSON {{ #{context.command_path.replace(' ', '-')}-json }}"
+        yield from format_json_section(context.command_path.partition(" ")[2], command)
     if isinstance(command, click.Group):
         for _, each in _list_commands(command, context):
             yield from _format_command(each, context, level + 1)

@@ -13,7 +13,7 @@ from griffe import Extension, Object
 
 import robotcore
 
-PARAMETER = re.compile(r"[a-z_*]\w*(?:, [a-z_*]\w*)*: +\S")
+PARAMETER = re.compile(r"[a-z_*][\w.*\[\]]*(?:, [a-z_*]\w*)*: +\S")
 EXAMPLE = ">>> "
 
 

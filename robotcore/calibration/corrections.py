@@ -48,7 +48,17 @@ class Correction:
         return ".".join((*self.table[self.table[0] == "devices" :], self.key))
 
     def to_dict(self) -> dict[str, Any]:
-        """Return the fields for JSON."""
+        """Return the fields for JSON.
+
+        The JSON keys:
+
+        key: text; the dotted name in the robot's file, which ends in the unit, such as ``left_motor.lag_s``.
+        old: number; the value in the file, in the unit of the key.
+        new: number; the measured value as it is written.
+        measured: number; the measured value.
+        deviation: number; its standard deviation.
+        is_needed: true or false; whether the value in the file is wrong.
+        """
         return {
             "key": self.name,
             "old": self.old,

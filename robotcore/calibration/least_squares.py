@@ -63,6 +63,7 @@ class Estimate(NamedTuple):
     """
 
     value: float
+    """The measured value."""
     deviation: float
     """The standard deviation, in the unit of the value."""
 

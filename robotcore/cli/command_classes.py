@@ -60,9 +60,8 @@ class LazyGroup(click.Group):
 class AnsweringCommand(click.Command):
     """A command that answers with one line of JSON if ``--json`` is given, even if the command fails.
 
-    The answer of a failed command has the keys ``app``, ``error``, ``kind`` and ``exit_status``. ``kind`` identifies
-    the error. The error is also raised, so that `execute` writes it on stderr. While the command runs, a signal raises
-    Interrupted.
+    The error of a failed command is also raised, so that `execute` writes it on stderr. While the command runs, a
+    signal raises Interrupted.
     """
 
     def parse_args(self, ctx: click.Context, args: list[str]) -> list[str]:
@@ -94,6 +93,11 @@ class AnsweringCommand(click.Command):
 
         parameters: the command's valid parameters, by name.
         error: the error that ended the command.
+
+        The JSON keys:
+
+        app: text; the app of the command; empty if it has none. Only after an error.
+        *: robotcore.cli.command_classes.AnsweringCommand._write_answer
         """
         return {"app": parameters.get("app") or "", "error": str(error), "exit_status": error.exit_status}
 
@@ -103,6 +107,14 @@ class AnsweringCommand(click.Command):
         ).params
 
     def _write_answer(self, parameters: Mapping[str, Any], error: RobotcoreError | Interrupted) -> None:
+        """Write the JSON answer of a command that failed.
+
+        The JSON keys:
+
+        error: text; the message of the error. Only after an error.
+        kind: text; a stable identifier of the error, such as ``unknown-app``. Only after an error.
+        exit_status: whole number; the exit status. Only after an error.
+        """
         with suppress(OSError):  # stdout is closed, so only the exit status reports the failure
             write_json({**self.build_failure_answer(parameters, error), "kind": error.kind})
 

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from pathlib import Path
+from typing import TYPE_CHECKING, Any
 
 import click
 
@@ -10,6 +12,9 @@ from robotcore.cli.command_classes import AnsweringCommand
 from robotcore.cli.options import backend_option, host_option, merge_options, parse_seconds, port_option
 from robotcore.cli.output import write, write_failure, write_json, write_line
 from robotcore.cli.output_files import require_no_input
+
+if TYPE_CHECKING:
+    from robotcore.fidelity.fidelity import Fidelity
 
 MISSED = 1
 """The exit status if a measure is above its bound."""
@@ -81,7 +86,7 @@ def command(
     missed = list_missed_bounds(bounds, found.measures)
     status = MISSED if missed else 0
     if as_json:
-        write_json({**found.to_dict(), "missed": missed, "exit_status": status})
+        write_json(_build_answer(found, missed, status))
     else:
         from robotcore.view.fidelity_table import format_fidelity
 
@@ -96,3 +101,15 @@ def command(
         save_png(encode_png(draw_fidelity(found)), picture)
         write_line(f"The picture: {picture}", is_error=as_json)
     return status
+
+
+def _build_answer(found: Fidelity, missed: Sequence[str], status: int) -> dict[str, Any]:
+    """Return the data for JSON.
+
+    The JSON keys:
+
+    *: robotcore.fidelity.fidelity.Fidelity.to_dict
+    missed: list of text; the bounds of ``--require`` that are missed.
+    exit_status: whole number; the exit status.
+    """
+    return {**found.to_dict(), "missed": missed, "exit_status": status}

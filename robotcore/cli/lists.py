@@ -116,6 +116,19 @@ def worlds(name: str | None, *, as_json: bool) -> None:
 
 
 def _app_row(name: str) -> dict[str, Any]:
+    """Return a row of ``robotcore apps``.
+
+    The JSON keys:
+
+    name: text; the name of the app.
+    summary: text; the first line of its docstring, or why it cannot be imported.
+    needs: list of text; the devices and abilities that it needs.
+    milestones: list of text; the names of its milestones, in their order.
+    settings: list of objects; its settings.
+    settings[].name: text; the name for ``--set``.
+    settings[].type: text; the type in Python, such as ``float``.
+    settings[].default: text, number, true, false or null; the default.
+    """
     from robotcore.errors import BackendMissingError
     from robotcore.runtime.apps import load_app
     from robotcore.runtime.needs import name_need
@@ -154,6 +167,16 @@ def _app_cells(app: dict[str, Any]) -> tuple[str, ...]:
 
 
 def _backend_row(name: str) -> dict[str, Any]:
+    """Return a row of ``robotcore backends``.
+
+    The JSON keys:
+
+    name: text; the name of the backend.
+    installed: true or false; whether the packages that it needs are installed.
+    summary: text; a description in a few words.
+    vouches_for: list of text; its capabilities.
+    remedy: text or null; how to install the missing packages. Null if it is installed.
+    """
     from robotcore.errors import BackendMissingError
     from robotcore.hal.backend import load_backend
 
@@ -179,6 +202,17 @@ def _backend_cells(backend: dict[str, Any]) -> tuple[RenderableType, ...]:
 
 
 def _fault_row(name: str) -> dict[str, Any]:
+    """Return a row of ``robotcore faults``.
+
+    The JSON keys:
+
+    name: text; the name of the fault.
+    on: list of text; the kinds of devices that it affects.
+    parameters: list of objects; its parameters.
+    parameters[].*: robotcore.runtime.faults.spec.Parameter
+    example: text; a value for ``--fault``.
+    summary: text; the first line of its docstring, or why it cannot be imported.
+    """
     from robotcore.errors import BackendMissingError
     from robotcore.runtime.faults.planning import load_fault, read_effect, targets_for
     from robotcore.runtime.faults.spec import parameters_of
@@ -204,6 +238,18 @@ def _fault_cells(fault: dict[str, Any]) -> tuple[str, ...]:
 
 
 def _kind_row(name: str) -> dict[str, Any]:
+    """Return a row of ``robotcore kinds``.
+
+    The JSON keys:
+
+    name: text; the name of the kind.
+    summary: text; a description in a few words, or why it cannot be imported.
+    keys: list of text; the keys of its table ``[[devices]]`` in a robot's file, without ``kind`` and ``name``.
+    values: list of objects; the numbers of a sample. Empty without samples of numbers.
+    values[].*: robotcore.hal.device.Value
+    drivers: list of text; the names of its device drivers.
+    simulated: true or false; whether simulators have devices of this kind.
+    """
     from robotcore.errors import BackendMissingError, UsageError
     from robotcore.hal.device import list_values
     from robotcore.hal.kind import load_kind
@@ -230,6 +276,15 @@ def _kind_cells(kind: dict[str, Any]) -> tuple[str, ...]:
 
 
 def _robot_row(name: str) -> dict[str, Any]:
+    """Return a row of ``robotcore robots``.
+
+    The JSON keys:
+
+    name: text; the name of the robot.
+    summary: text; a description in a few words.
+    drives: true or false; whether it has a drive.
+    devices: list of text; the names of its devices.
+    """
     from robotcore.description import load_robot
 
     robot = load_robot(name)
@@ -242,6 +297,17 @@ def _robot_row(name: str) -> dict[str, Any]:
 
 
 def _world_row(name: str) -> dict[str, Any]:
+    """Return a row of ``robotcore worlds``.
+
+    The JSON keys:
+
+    name: text; the name of the world.
+    summary: text; a description in a few words.
+    floor_m: list of two numbers, m; the length and the width of the floor.
+    obstacles: whole number; the number of obstacles.
+    targets: whole number; the number of targets.
+    varies: true or false; whether ``--seed`` changes the world.
+    """
     from robotcore.description import load_world
 
     world = load_world(name)

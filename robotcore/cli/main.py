@@ -91,6 +91,7 @@ def _write_version(context: click.Context) -> NoReturn:
 
 def main() -> NoReturn:
     """Run the command line of this process, and exit with its status."""
+    _open_closed_streams()
     _allow_all_characters()
     _exit(execute(sys.argv[1:]))
 
@@ -106,8 +107,18 @@ def run_app(name: str) -> NoReturn:
     >>> if __name__ == "__main__":  # the last lines of an app's file
     ...     run_app(__file__)
     """
+    _open_closed_streams()
     _allow_all_characters()
     _exit(execute(["run", name, *sys.argv[1:]]))
+
+
+def _open_closed_streams() -> None:
+    """Open the null device for each closed standard stream. Otherwise a serial port could get the number of stdout."""
+    for number, name in enumerate(("stdin", "stdout", "stderr")):
+        if getattr(sys, name) is None:
+            file = os.open(os.devnull, os.O_RDWR)  # the lowest free number
+            os.set_inheritable(file, True)
+            setattr(sys, name, os.fdopen(file, "w" if number else "r"))
 
 
 def _allow_all_characters() -> None:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import shlex
 from collections.abc import Mapping
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import click
 
@@ -54,9 +54,7 @@ def info(
     _require_valid_outputs(file, picture, table, video)
     recording = read(file)
     if as_json:
-        from robotcore.recording.summary import summarise_contents
-
-        write_json({"file": str(file), "bytes": file.stat().st_size, **summarise_contents(recording)})
+        write_json(_build_info_answer(recording, file))
     else:
         from robotcore.view.text import format_contents
 
@@ -173,7 +171,7 @@ def replay(
         flags = {"--require-equal": must_be_equal, "--json": as_json}
         return _watch(file, watch, app, settings, outputs, flags, is_forced=is_forced)
     from robotcore.recording import read
-    from robotcore.recording.replay import ReplayRecorder
+    from robotcore.recording.replay import Evaluation, ReplayRecorder
     from robotcore.view.page import require_writable
 
     for option, output in (("--picture", picture), ("--record", record), ("--junit", junit)):
@@ -195,7 +193,11 @@ def replay(
             result = _replay(recording, file, app, dict(settings), recorder, must_be_equal=must_be_equal)
     _, recorded = finish_recording(result.result, recorder) if recorder else (None, "")
     if as_json:
-        write_json({"file": str(file), **result.to_dict()})
+        write_json(
+            _build_evaluation_answer(file, result)
+            if isinstance(result, Evaluation)
+            else _build_replay_answer(file, result)
+        )
     else:
         _write_replay(result)
     if junit and not isinstance(result.result.error, Interrupted):
@@ -209,6 +211,42 @@ def replay(
     if recorded:
         write_line(recorded, is_error=as_json)
     return result.exit_status or int(recorder is not None and not recorded)
+
+
+def _build_info_answer(recording: Recording, file: Path) -> dict[str, Any]:
+    """Return the data about a recording for JSON.
+
+    The JSON keys:
+
+    file: text; the file of the recording.
+    bytes: whole number, bytes; the size of the file.
+    *: robotcore.recording.summary.summarise_contents
+    """
+    from robotcore.recording.summary import summarise_contents
+
+    return {"file": str(file), "bytes": file.stat().st_size, **summarise_contents(recording)}
+
+
+def _build_replay_answer(file: Path, result: ReplayResult) -> dict[str, Any]:
+    """Return the data about a replay of the recorded app for JSON.
+
+    The JSON keys:
+
+    file: text; the file of the recording.
+    *: robotcore.recording.replay.verification.ReplayResult.to_dict
+    """
+    return {"file": str(file), **result.to_dict()}
+
+
+def _build_evaluation_answer(file: Path, result: Evaluation) -> dict[str, Any]:
+    """Return the data about a replay of another app, or with other settings, for JSON.
+
+    The JSON keys:
+
+    file: text; the file of the recording.
+    *: robotcore.recording.replay.evaluation.Evaluation.to_dict
+    """
+    return {"file": str(file), **result.to_dict()}
 
 
 def _require_valid_outputs(file: Path, picture: Path | None, table: Path | None, video: Path | None) -> None:

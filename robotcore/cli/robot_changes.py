@@ -85,7 +85,15 @@ class RobotChanges:
             self._reason, self.is_written = "", True
 
     def to_dict(self) -> dict[str, Any]:
-        """Return the fields for JSON. The diff of a shipped robot, whose file cannot be changed, is empty."""
+        """Return the fields for JSON.
+
+        The JSON keys:
+
+        values: object; the changed values of the robot's file, by table and key.
+        diff: text; the change of the robot's file as a diff. Empty for a shipped robot, whose file cannot be changed.
+        warnings: list of text; the new values that are doubtful.
+        is_written: true or false; whether the file was changed.
+        """
         return {
             "values": self._values,
             "diff": self._diff,

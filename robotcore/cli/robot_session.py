@@ -77,6 +77,16 @@ class MeasuringCommand(AnsweringCommand):
     def build_failure_answer(
         self, parameters: Mapping[str, Any], error: RobotcoreError | Interrupted
     ) -> dict[str, Any]:
+        """Return the JSON answer of a command that failed.
+
+        The JSON keys:
+
+        robot: text; the name of the robot.
+        backend: text; the name of the backend.
+        *: robotcore.cli.robot_changes.RobotChanges.to_dict
+        exit_status: whole number; the exit status.
+        *: robotcore.cli.command_classes.AnsweringCommand.build_failure_answer
+        """
         names = {key: parameters.get(key) or "" for key in ("robot", "backend")}
         context = click.get_current_context(silent=True)
         measured = context.meta.get(_ANSWER, {}) if context else {}

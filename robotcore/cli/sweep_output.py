@@ -60,14 +60,7 @@ def show_sweep(
     misses = list_missed_requirements(checked, groups)
     status = ended_by.exit_status if ended_by else REQUIREMENT_MISSED if misses else 0
     if as_json:
-        write_json(
-            {
-                **_make_payload(results, groups, failing),
-                "missed": misses,
-                **_make_error_payload(ended_by),
-                "exit_status": status,
-            }
-        )
+        write_json(_build_answer(results, groups, failing, misses, ended_by, status))
     elif groups:
         _write_summary(results, groups, failing, has_verify=has_verify)
         _write_findings(results)
@@ -78,7 +71,32 @@ def show_sweep(
     return status
 
 
-def _make_payload(results: Results, groups: Sequence[Group], failing: Sequence[Record]) -> dict[str, Any]:
+def _build_answer(
+    results: Results,
+    groups: Sequence[Group],
+    failing: Sequence[Record],
+    misses: Sequence[str],
+    ended_by: Interrupted | RobotcoreError | None,
+    status: int,
+) -> dict[str, Any]:
+    """Return the data for JSON.
+
+    The JSON keys:
+
+    app: text; the name of the app, or its file.
+    judge: text or null; the app that verifies the runs.
+    backends: list of text; the names of the backends.
+    worlds: list of text; the names of the worlds.
+    seeds: text; the seeds, such as ``1-20``.
+    directory: text; the folder of the results.
+    runs: whole number; the number of all runs.
+    done: whole number; the number of finished runs.
+    failing: whole number; the number of failing runs.
+    groups: list of objects; the results by backend and world.
+    groups[].*: robotcore.cli.sweep_output._make_group_payload
+    missed: list of text; the bounds of ``--require`` that a group does not meet.
+    exit_status: whole number; the exit status.
+    """
     from robotcore.sweep.spec import format_seeds
 
     sweep = results.sweep
@@ -93,10 +111,23 @@ def _make_payload(results: Results, groups: Sequence[Group], failing: Sequence[R
         "done": sum(group.runs for group in groups),
         "failing": len(failing),
         "groups": [_make_group_payload(group) for group in groups],
+        "missed": misses,
+        **_make_error_payload(ended_by),
+        "exit_status": status,
     }
 
 
 def _make_group_payload(group: Group) -> dict[str, Any]:
+    """Return the data of a group for JSON.
+
+    The JSON keys:
+
+    *: robotcore.sweep.statistics.Group without contacts_unknown
+    untold: whole number; the number of runs that did not count their contacts.
+    verified_share: number or null; the share of verified runs, from 0 to 1. Null if no run could be verified.
+    verified_95: list of two numbers, or null; the 95 % interval of ``verified_share``.
+    success_share: number; the share of runs whose outcome is a success, from 0 to 1.
+    """
     shares = {name: getattr(group, name) for name in ("verified_share", "verified_95", "success_share")}
     counts = {_JSON_KEYS.get(name, name): value for name, value in asdict(group).items()}
     return {key: _round(value) for key, value in {**counts, **shares}.items()}

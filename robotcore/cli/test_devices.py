@@ -118,9 +118,21 @@ def command(names: tuple[str, ...], answers: tuple[tuple[str, str], ...], **valu
     def find_status() -> int:
         return 1 if has_errors and not (session.changes.is_written and report.is_corrected) else 0
 
-    answer = {"findings": [{**asdict(finding), "level": finding.level.value} for finding in report.findings]}
     is_right = all(finding.level.value == "ok" for finding in report.findings)
-    return session.finish("The devices", answer, lambda: None, find_status=find_status, is_right=is_right)
+    return session.finish(
+        "The devices", _build_answer(report.findings), lambda: None, find_status=find_status, is_right=is_right
+    )
+
+
+def _build_answer(findings: Iterable[Finding]) -> dict[str, Any]:
+    """Return the data about the devices for JSON.
+
+    The JSON keys:
+
+    findings: list of objects; the results of the devices.
+    findings[].*: robotcore.hal.check_finding.Finding
+    """
+    return {"findings": [{**asdict(finding), "level": finding.level.value} for finding in findings]}
 
 
 class _Report:

@@ -90,7 +90,7 @@ def command(
     robot = robot or _find_robot()
     wiring = _load_wiring(robot, backend, merge_options(options, port=port))
     if as_json:
-        write_json({"robot": robot, "backend": backend, **_build_payload(wiring)})
+        write_json(_build_payload(robot, backend, wiring))
         return
 
     write_line(f"{robot} on {backend}")
@@ -156,10 +156,26 @@ def _format_notes(wiring: Wiring) -> Iterator[str]:
         yield click.wrap_text(f"- {', '.join(names)}: {' '.join(note.split())}", 100, "", "  ")
 
 
-def _build_payload(wiring: Wiring) -> dict[str, Any]:
+def _build_payload(robot: str, backend: str, wiring: Wiring) -> dict[str, Any]:
+    """Return the data for JSON.
+
+    The JSON keys:
+
+    robot: text; the name of the robot, or its file.
+    backend: text; the name of the board's backend.
+    wires: list of objects; the wires.
+    wires[].*: robotcore.hal.wiring.Wire
+    pads: list of objects; the pads of the board's connector. Empty if it has none.
+    pads[].*: robotcore.hal.wiring.Pad
+    notes: list of objects; the notes of the drivers.
+    notes[].device: text; the name of a device.
+    notes[].note: text; a note about its wires.
+    """
     from dataclasses import asdict
 
     return {
+        "robot": robot,
+        "backend": backend,
         "wires": [asdict(wire) for wire in wiring.wires],
         "pads": [{**asdict(pad), "kind": pad.kind.value} for pad in wiring.pads],
         "notes": [{"device": device, "note": note} for device, note in wiring.notes],

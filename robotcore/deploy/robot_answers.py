@@ -154,15 +154,20 @@ class LastRelease(RobotMessage):
     """The newest release with a completed health check."""
 
     name: ReleaseName
+    """The name of the release."""
     outcome: str
+    """The outcome of its health check: ``healthy``, ``unhealthy`` or ``stopped``."""
     reason: str
+    """Why it is not healthy; empty if it is."""
 
 
 class RecordingsSummary(RobotMessage):
     """The number of recordings on a robot, and their size."""
 
     files: Count
+    """The number of files."""
     bytes: Count
+    """Their size in bytes."""
 
 
 class StatusAnswer(RobotMessage):
@@ -191,10 +196,13 @@ class StatusAnswer(RobotMessage):
     lines: Texts
     """The last lines of the app's output before its last failure."""
     starts_with_robot: bool
+    """Whether the app starts when the robot is switched on."""
     lingers: bool
     """Whether the user's services run without a login."""
     recordings: RecordingsSummary
+    """The recordings on the robot."""
     free_bytes: Count
+    """The free space of the robot's disk in bytes."""
 
 
 class UnreadableRelease(RobotMessage):
@@ -202,9 +210,11 @@ class UnreadableRelease(RobotMessage):
 
     name: ReleaseName
     unreadable: str
-    """Why the manifest cannot be read."""
+    """Why the manifest cannot be read. Only such a release has this key, and it lacks those of the manifest."""
     outcome: str | None
+    """The outcome of the last health check: ``healthy``, ``unhealthy`` or ``stopped``; None before it."""
     reason: str
+    """Why the release is not healthy; empty if it is."""
 
 
 class ListedRelease(RobotMessage):
@@ -235,7 +245,9 @@ class ReleasesAnswer(RobotMessage):
 
     releases: Annotated[list[UnreadableRelease | ListedRelease], Field(max_length=MAX_ITEMS)]
     current: ReleaseName | None
+    """The name of the current release."""
     pending: ReleaseName | None
+    """The name of the release whose health check is pending or running."""
 
 
 class RemoveAnswer(RobotMessage):

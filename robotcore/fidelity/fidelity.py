@@ -133,7 +133,24 @@ class Fidelity:
         return found
 
     def to_dict(self) -> dict[str, Any]:
-        """Return the JSON fields. An unknown value is None."""
+        """Return the JSON fields. An unknown value is None.
+
+        The JSON keys:
+
+        file: text; the file of the recording.
+        app: text; the recorded app, or its file.
+        backend: text; the backend of the recorded run.
+        robot: text; the name of the recorded robot.
+        simulator: text; the backend that simulates the run.
+        world: text or null; the name of the simulated world. Null for an empty floor.
+        duration_s: number, s; the duration of the compared part.
+        ticks: whole number; the number of compared ticks.
+        path_source: text; the source of the recorded path.
+        as_recorded: object; the differences of the simulation with the recorded robot.
+        as_recorded.*: robotcore.fidelity.measures.Differences
+        with_robot: object or null; those with the robot of ``--robot``, with the same keys. Null without ``--robot``.
+        notes: list of text; sentences about the sources of the measures, and about what the simulation lacks.
+        """
         request, differences = self.recording.metadata.request, [asdict(each.differences) for each in self.simulations]
         return {
             "file": self.name,

@@ -33,7 +33,9 @@ class WheelDifference:
     """The difference of the speeds of a wheel: simulated minus recorded. Speeds are means over a window."""
 
     rms_rad_s: float
+    """The root mean square of the difference, in rad/s."""
     largest_rad_s: float
+    """The largest absolute difference, in rad/s."""
     rms_share: float | None
     """The RMS of the difference divided by that of the commands; None if the wheel was not commanded to turn."""
     largest_share: float | None
@@ -53,7 +55,9 @@ class PathDifference:
     end_m: float
     """The distance between the two robots at the end, in metres."""
     largest_m: float
+    """The largest distance between the two robots, in metres."""
     mean_m: float
+    """The mean distance between the two robots, in metres."""
     heading_rad: float
     """The heading of the simulated robot minus that of the recorded one at the end, in radians, with whole turns."""
     end_m_per_m: float | None
@@ -100,12 +104,13 @@ class Differences:
     """The differences of a recorded run and a simulated run. A part that one of them lacks is empty."""
 
     path: PathDifference | None
+    """The distances between the paths."""
     wheels: dict[str, WheelDifference] = field(default_factory=dict)
-    """By the side of the wheel."""
+    """The differences of the wheels' speeds, by side."""
     ranges: dict[str, RangeDifference] = field(default_factory=dict)
-    """By the name of the sensor."""
+    """The differences of the measured distances, by the name of the sensor."""
     pictures: dict[str, PictureDifference] = field(default_factory=dict)
-    """By the name of the camera."""
+    """The differences of the pictures, by the name of the camera."""
 
 
 def compare(

@@ -102,7 +102,9 @@ class Value(NamedTuple):
     """A number in the samples of a kind, or a tuple of numbers."""
 
     field: str
+    """The name of the field in a sample."""
     unit: str
+    """The unit; empty if it has none."""
 
 
 @cache

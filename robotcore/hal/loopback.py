@@ -31,6 +31,7 @@ class RuleResult:
     rule: str
     """A stable identifier in kebab-case, such as ``stop-sigkill``."""
     verdict: Verdict
+    """The result of the rule."""
     measured: str = ""
     """The measured value with its unit, as text; empty for a skipped rule."""
     bound: str = ""
@@ -55,7 +56,7 @@ class RuleResult:
 
     @classmethod
     def skip(cls, rule: str, reason: str) -> RuleResult:
-        """Return the result of a rule that was not measured."""
+        """Return the result of a rule that was left out, or that the test has not reached."""
         return cls(rule, Verdict.SKIPPED, reason=reason)
 
 

@@ -34,6 +34,7 @@ class Pad:
     name: str
     """The signal of the pad, such as ``GPIO 17``."""
     kind: PadKind
+    """The use of the pad."""
 
 
 @dataclass(frozen=True)

@@ -39,7 +39,17 @@ class LoggedSeries:
         return [str(self.count), *("" if each is None else self._format(each) for each in self._values)]
 
     def to_dict(self) -> dict[str, Any]:
-        """Return the JSON fields. A number that is not finite is a text."""
+        """Return the JSON fields. A number that is not finite is a text.
+
+        The JSON keys:
+
+        name: text; the name of the value.
+        unit: text; the unit; empty if it has none.
+        ticks: whole number; the number of ticks with a value.
+        least: number, text or null; the least number. Null without a number, and a text if it is infinite.
+        greatest: number, text or null; the greatest number.
+        last: number, text, true or false; the last value.
+        """
         least, greatest, last = map(to_plain, self._values)
         return {
             "name": self.name,

@@ -82,7 +82,33 @@ class RunSummary:
         return self.truth[last].distance_to(*self.odometry[last][:2])
 
     def to_dict(self) -> dict[str, Any]:
-        """Return the JSON fields; an unknown value is None."""
+        """Return the JSON fields; an unknown value is None.
+
+        The JSON keys:
+
+        file: text; the file of the recording.
+        app: text; the name of the app.
+        backend: text; the name of the backend.
+        robot: text; the name of the robot.
+        world: text or null; the name of the world.
+        seed: whole number or null; the seed of the run.
+        settings: object of text; the settings of the app that differ from their defaults.
+        faults: list of text; the injected faults.
+        outcome: text; the outcome; ``cut`` or ``damaged`` if the recording has no end.
+        verified: true, false or null; whether the run was a success by the true state. Null if it is unknown.
+        reason: text; why the run ended.
+        time_s: number, s; the robot's time at the end.
+        ticks: whole number; the number of ticks.
+        odometry_m: number or null, m; the length of the path by odometry.
+        truth_m: number or null, m; the length of the true path.
+        final_odometry: list of three numbers, m, m, rad, or null; the last pose by odometry.
+        final_truth: list of three numbers, m, m, rad, or null; the last true pose.
+        drift_m: number or null, m; the distance between the last pose by odometry and the true one.
+        interventions: whole number; the number of commands that the safety stage changed.
+        rate_hz: number or null, Hz; the number of ticks per second.
+        overruns: whole number; the number of ticks that took longer than their period.
+        batteries: object; for each battery the lowest and the last voltage in V, ``lowest_v`` and ``last_v``.
+        """
         result, rate = self.result, measure_rate(self.recording)
         return {
             "file": self.name,
@@ -126,9 +152,13 @@ class StateDifference:
     """The first tick in which two runs have different states. A state is None if its run has already ended."""
 
     tick: int
+    """The number of the tick."""
     time_s: float
+    """The time of the tick on the robot's clock, in seconds."""
     first: str | None
+    """The state of the first run."""
     second: str | None
+    """The state of the second run."""
 
 
 @dataclass(frozen=True)
@@ -173,7 +203,21 @@ class Comparison:
         return 0 if self.is_alike else DIFFERS
 
     def to_dict(self) -> dict[str, Any]:
-        """Return the JSON fields."""
+        """Return the JSON fields.
+
+        The JSON keys:
+
+        alike: true or false; whether both runs have the same milestones in the same order and the same outcome.
+        first_other_milestone: list of two texts, or null; the first milestones that differ. A missing one is null.
+        parting: object or null; the first tick with different states. Null if all states are equal.
+        parting.*: robotcore.recording.run_comparison.StateDifference
+        rooms_differ: true or false; whether the floors or the objects of the worlds differ.
+        first: object; the first run.
+        first.*: robotcore.recording.run_comparison.RunSummary.to_dict
+        first.milestones: object of numbers, s; the time of each milestone.
+        second: object; the second run, with the keys of ``first``.
+        exit_status: whole number; the exit status.
+        """
         first, second = self.milestones
         return {
             "alike": self.is_alike,

@@ -119,7 +119,9 @@ class DeviceContents:
     """How many samples, reads, commands and errors of a device a recording has."""
 
     name: str
+    """The name of the device."""
     kind: str
+    """The kind of the device."""
     samples: int
     """The number of samples. A sample that was read several times counts once."""
     reads: int
@@ -187,7 +189,40 @@ def format_settings(recording: Recording) -> dict[str, str]:
 
 
 def summarise_contents(recording: Recording) -> dict[str, Any]:
-    """Return the JSON fields of ``robotcore info``; an unknown value is None."""
+    """Return the JSON fields of ``robotcore info``; an unknown value is None.
+
+    The JSON keys:
+
+    app: text; the name of the app.
+    backend: text; the name of the backend.
+    robot: text; the name of the robot.
+    world: text or null; the name of the world.
+    seed: whole number or null; the seed of the run.
+    settings: object of text; the settings of the app that differ from their defaults.
+    started: text; the date and time of the start.
+    platform: object of text; the versions of the machine's system, of Python and of libraries.
+    duration_s: number, s; the time from the first tick to the last.
+    ticks: whole number; the number of ticks.
+    rate_hz: number or null, Hz; the number of ticks per second.
+    overruns: whole number; the number of ticks that took longer than their period.
+    devices: list of objects; the open devices.
+    devices[].*: robotcore.recording.summary.DeviceContents
+    logged: list of objects; the values that the app logged.
+    logged[].*: robotcore.recording.logged_summary.LoggedSeries.to_dict
+    faults: list of text; the injected faults.
+    dropped_pictures: whole number or null; the number of pictures that are missing in the recording.
+    interventions: object of whole numbers; the number of commands that each rule of the safety stage changed.
+    intervention_s: object of numbers, s; for each rule the time for which its changed commands lasted.
+    milestones: object of numbers, s; the time of each milestone.
+    batteries: object; for each battery the lowest and the last voltage in V, ``lowest_v`` and ``last_v``.
+    outcome: text or null; the outcome. Null if the recording has no end.
+    reason: text; why the run ended, or why the recording has no end.
+    trace_sha256: text or null; the digest of the trace.
+    whole: true or false; whether the file has its end.
+    damaged: true or false; whether a part of the file cannot be read.
+    replayable: true or false; whether ``robotcore replay`` can run the recorded app again.
+    why_not: text or null; which inputs are missing for that.
+    """
     about, result = recording.metadata, build_result(recording)
     return {
         "app": result.app,

@@ -41,6 +41,12 @@ class WrittenNote(str):
     __slots__ = ()
 
 
+class RealTimeNote(WrittenNote):
+    """A note about the real-time priority of the run and its locked memory."""
+
+    __slots__ = ()
+
+
 @dataclass(frozen=True)
 class RunResult:
     """The result of one run. A value that the backend cannot measure is None.
@@ -102,7 +108,7 @@ class RunResult:
     notes: list[str] = field(default_factory=list)
     """Warnings, and properties of the robot that differ from its description."""
     batteries: dict[str, dict[str, float]] = field(default_factory=dict)
-    """For each battery the lowest and the last voltage: ``lowest_v``, ``last_v``."""
+    """For each battery the lowest and the last voltage in volts: ``lowest_v``, ``last_v``."""
     trace_sha256: str | None = None
     """The digest of the trace, see `Trace`."""
     dropped_pictures: int | None = None

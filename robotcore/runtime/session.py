@@ -35,7 +35,7 @@ from robotcore.runtime.observer import Observer, RunContext, notify_end
 from robotcore.runtime.operator_input import OPERATOR, OperatorInput, open_operator
 from robotcore.runtime.pace import PaceControl
 from robotcore.runtime.plan import Plan, RunRequest
-from robotcore.runtime.result import Outcome, RunResult, WrittenNote, get_outcome
+from robotcore.runtime.result import Outcome, RealTimeNote, RunResult, WrittenNote, get_outcome
 from robotcore.runtime.result_building import build_result
 from robotcore.runtime.signals import SignalGuard, WatchdogInterrupt
 from robotcore.runtime.success_verification import Verification, verify_run
@@ -315,7 +315,8 @@ class RunSession:
         if raw.cutoffs:
             self._register(plan.request)
         if plan.request.has_real_time_priority:
-            self._real_time = RealTimeTicks(self._add_note, has_guardian=bool(raw.cutoffs))
+            add_note = partial(self._add_note, kind=RealTimeNote)
+            self._real_time = RealTimeTicks(add_note, has_guardian=bool(raw.cutoffs))
         priorities = self._real_time.priorities if self._real_time else None
         lease = plan.description.safety.lease_ticks / rate_hz
         guard = guard_motors(raw, lease, self._guardian, priorities.stop if priorities else None)
@@ -409,8 +410,8 @@ class RunSession:
         finally:
             self._signals.interrupt_main_thread()
 
-    def _add_note(self, note: str) -> None:
-        self._notes.append(WrittenNote(note))
+    def _add_note(self, note: str, kind: type[WrittenNote] = WrittenNote) -> None:
+        self._notes.append(kind(note))
         self._forced_exit.write(f"note: {note}\n".encode())
 
     def _drop_real_time(self) -> None:

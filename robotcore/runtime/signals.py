@@ -7,6 +7,7 @@ import signal
 import threading
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
+from dataclasses import dataclass
 from types import FrameType, TracebackType
 from typing import Any, NoReturn
 
@@ -33,6 +34,13 @@ class WatchdogInterrupt(BaseException):
 
     The latch contains the error that ends the run.
     """
+
+
+@dataclass
+class WatchdogSigint:
+    """Whether the next SIGINT is the watchdog's, on a system without `WATCHDOG_SIGNAL`."""
+
+    is_expected: bool = False
 
 
 def end_by_signal(number: int) -> NoReturn:
@@ -91,8 +99,8 @@ class SignalGuard:
         """The number of signals in this context and in the contexts inside it."""
         self._before: dict[int, Any] = {}
         self._suspension = 0
-        self.is_raised_by_watchdog = False
-        """Whether the next SIGINT is the watchdog's, on a system without `WATCHDOG_SIGNAL`."""
+        self.watchdog_sigint = WatchdogSigint()
+        """Shared with the contexts inside it, because any of them may handle the signal."""
 
     def mask(self, *, but_last: bool = False) -> None:
         """Ignore all further signals. A run calls this before it closes the robot.
@@ -144,15 +152,16 @@ class SignalGuard:
                 assert WATCHDOG_SIGNAL
                 signal.pthread_kill(self._thread, WATCHDOG_SIGNAL)
             else:
-                if active := _find_active_guard():  # an inner context may handle the signal
-                    active.is_raised_by_watchdog = True
+                self.watchdog_sigint.is_expected = True
                 signal.raise_signal(signal.SIGINT)
 
     def __enter__(self) -> SignalGuard:
         self._before = {}
         if threading.current_thread() is threading.main_thread():
-            if (outer := _find_active_guard()) and not self._is_masked:
-                outer.check()
+            if outer := _find_active_guard():
+                self.watchdog_sigint = outer.watchdog_sigint
+                if not self._is_masked:
+                    outer.check()
             handlers = {
                 **dict.fromkeys(END_SIGNALS, self._raise),
                 WATCHDOG_SIGNAL: self._interrupt,
@@ -177,8 +186,8 @@ class SignalGuard:
             raise self.raised  # native code, such as pydantic's, raises an error of its own in its place
 
     def _raise(self, number: int, frame: FrameType | None) -> None:
-        if self.is_raised_by_watchdog:
-            self.is_raised_by_watchdog = False
+        if number == signal.SIGINT and self.watchdog_sigint.is_expected:
+            self.watchdog_sigint.is_expected = False
             self._interrupt(number, frame)
             return
         self.count += 1

@@ -6,6 +6,7 @@ this one.
 
 from __future__ import annotations
 
+import errno
 import os
 import signal
 import sys
@@ -52,17 +53,32 @@ REMEDY = (
 )
 
 
+_OTHER_PYTHON = "Leave --rt out, or take the Python of Debian"
+
+
 def require_real_time() -> None:
-    """Raise UsageError if this system has no real-time priorities."""
+    """Raise UsageError if this system, its Python or its C library has no real-time priorities."""
     if not IS_LINUX:
         text = f"--rt needs Linux, and this system is {sys.platform}. Leave --rt out"
     elif not hasattr(os, "sched_setscheduler"):
-        text = (
-            "--rt needs os.sched_setscheduler, and this Python lacks it. Leave --rt out, or take the Python of Debian"
-        )
+        text = f"--rt needs os.sched_setscheduler, and this Python lacks it. {_OTHER_PYTHON}"
+    elif not _has_scheduler():
+        text = f"--rt needs sched_setscheduler, and this C library, such as musl, lacks it. {_OTHER_PYTHON}"
     else:
         return
     raise UsageError(text, kind="no-real-time", system=sys.platform)
+
+
+def _has_scheduler() -> bool:
+    if not hasattr(os, "sched_getscheduler"):
+        return False
+    try:
+        os.sched_getscheduler(0)
+    except OSError as error:
+        if error.errno != errno.ENOSYS:
+            raise
+        return False
+    return True
 
 
 @dataclass(frozen=True)
@@ -265,9 +281,9 @@ def _find_lower_limit(first: int, second: int) -> int:
 def read_priority_and_locked_memory() -> dict[str, int]:
     """Return the real-time priority of this thread, 0 for the normal one, and the locked memory of the process in KB.
 
-    Another system than Linux has neither.
+    A system without real-time priorities has neither.
     """
-    if not hasattr(os, "sched_getscheduler"):
+    if not _has_scheduler():
         return {"priority": 0, "locked_kb": 0}
     is_real_time = os.sched_getscheduler(0) & ~os.SCHED_RESET_ON_FORK == os.SCHED_FIFO
     lines = Path("/proc/self/status").read_text(encoding="utf-8").splitlines()

@@ -49,6 +49,17 @@ def test_both_processes_send_over_the_link_and_stdin_is_empty(way: str) -> None:
         assert read_all(link) == b"(['a', 'b c'], '')ping"
 
 
+@pytest.mark.posix("it inherits a socket")
+def test_a_process_with_closed_standard_streams_can_be_linked() -> None:
+    code = (
+        "import os; os.close(0); os.close(1); from robotcore.child_process import start_linked_process as start; "
+        f"link = start({ECHO!r}, ['a'], stdout=-3)[1]; link.sendall(b'ping'); "
+        "os.write(2, link.makefile('rb').read())"
+    )
+    ended = subprocess.run([sys.executable, "-c", code], capture_output=True, check=False, timeout=20)
+    assert (ended.stderr, ended.returncode) == (b"(['a'], '')ping", 0)
+
+
 def test_a_process_that_ends_at_once_leaves_a_link_at_its_end(way: str) -> None:
     with linked("raise SystemExit(7)") as (process, link):
         assert read_all(link) == b""

@@ -41,6 +41,10 @@ REMEDY = {
 }
 
 
+STOP_FAILED = "a stop has failed before, so the motor is not turned"
+"""The reason for a skipped rule after a failed stop."""
+
+
 def find_motor(request: LoopbackRequest) -> MotorDescription | None:
     """Return the motor to test; None without a robot. Raises UsageError if the robot has no such motor."""
     if request.robot is None:
@@ -60,7 +64,10 @@ def find_motor(request: LoopbackRequest) -> MotorDescription | None:
 def check_motor(
     motor: MotorDescription | None, robot: str, person: LoopbackPerson, write: Callable[[str], object]
 ) -> Iterator[RuleResult]:
-    """Turn the motor in three runs of another program, and yield what the person has seen."""
+    """Turn the motor in three runs of another program, and yield what the person has seen.
+
+    After a stop that failed, the motor is not turned again.
+    """
     if motor is None:
         yield from (RuleResult.skip(rule, "no robot was named. Add --robot FILE") for rule in RULES)
         return
@@ -70,11 +77,15 @@ def check_motor(
         )
         return
     action: Action
+    is_stop_failed = False
     for rule, topic, action in (
         ("motor-direction", "direction", "drive"),
         ("motor-stop", "stop", "stop"),
         ("motor-deadman", "deadman", "hang"),
     ):
+        if is_stop_failed:
+            yield RuleResult.skip(rule, STOP_FAILED)
+            continue
         write(f"{rule}: the wheel turns")
         duration_s = {"drive": 1.5, "hang": 5.0, "stop": ANSWER_S}[action]
         request = MotorProgramRequest(
@@ -88,7 +99,9 @@ def check_motor(
         )
         with run_program(request) as program:
             if action == "stop":
-                yield _ask_during_run(rule, topic, program, person)
+                result = _ask_during_run(rule, topic, program, person)
+                is_stop_failed = result.verdict is Verdict.FAILED
+                yield result
             else:
                 yield _ask_after_run(rule, topic, program, START_S + duration_s, person)
 
@@ -103,7 +116,7 @@ def _ask_during_run(rule: str, topic: str, program: LoopbackProgram, person: Loo
     result = program.await_event("result")  # the end of the run may have stopped the wheel
     if result is None or result["exit_status"]:
         return _fail_run(rule, result, program)
-    return RuleResult.skip(rule, f"the run had ended. Answer within {ANSWER_S:g} s")
+    return RuleResult.fail(rule, f"the run had ended before the answer. Answer within {ANSWER_S:g} s")
 
 
 def _ask_after_run(

@@ -19,6 +19,7 @@ from robotcore.hal.robot import Robot
 from robotcore.hal.wall_clock import read_timer
 from robotcore.runtime.behaviour import Behaviour, Status
 from robotcore.runtime.request import RunRequest
+from robotcore.runtime.result import RealTimeNote
 from robotcore.runtime.session import run
 from robotcore.safety.real_time import read_priority_and_locked_memory
 
@@ -126,7 +127,7 @@ def main() -> None:
         reason=result.reason,
         ticks=result.ticks,
         overruns=result.overruns,
-        notes=list(result.notes),
+        real_time_notes=[note for note in result.notes if isinstance(note, RealTimeNote)],
         exit_status=result.exit_status,
     )
     sys.exit(result.exit_status)

@@ -8,18 +8,23 @@ import signal
 import subprocess
 import sys
 from collections.abc import Iterator
-from contextlib import ExitStack, contextmanager, suppress
+from contextlib import contextmanager, suppress
 from dataclasses import asdict
 from queue import Empty, SimpleQueue
+from subprocess import DEVNULL
 from typing import Any, ClassVar
 
 from drivers.raspberrypi.loopback.motor_program import MotorProgramRequest
+from robotcore.child_process import build_session_options
 from robotcore.threads import start_thread
 
 START_S = 60.0
 """The time limit for the start of a program, in seconds. A Pi Zero imports NumPy for long."""
 
 END_S = 15.0
+
+CODE = "import sys; sys.path[:] = sys.argv[2:]; from drivers.raspberrypi.loopback.motor_program import main; main()"
+"""The code of the motor program. With ``python -m``, a file such as json.py in the working folder would be imported."""
 
 LOAD = """
 import os
@@ -31,17 +36,14 @@ while os.getppid() == parent:
 
 
 class LoopbackProgram:
-    """A running program of the test.
+    """A running program of the test. The process runs from its construction until `end`."""
 
-    events: its events, in order.
-    """
-
-    command: ClassVar[list[str]] = [sys.executable, "-m", "drivers.raspberrypi.loopback.motor_program"]
+    command: ClassVar[list[str]] = [sys.executable, "-c", CODE]
 
     def __init__(self, request: MotorProgramRequest) -> None:
         self._process = subprocess.Popen(  # noqa: S603  our own
-            [*self.command, json.dumps(asdict(request))],
-            stdin=subprocess.DEVNULL,
+            [*self.command, json.dumps(asdict(request)), *sys.path],
+            stdin=DEVNULL,
             stdout=subprocess.PIPE,
             stderr=subprocess.PIPE,
             text=True,
@@ -49,10 +51,15 @@ class LoopbackProgram:
         )
         self._lines: SimpleQueue[str | None] = SimpleQueue()
         self._errors: list[str] = []
-        self._readers = [
-            start_thread(self._read_events, "loopback events"),
-            start_thread(self._read_errors, "loopback errors"),
-        ]
+        try:
+            self._readers = [
+                start_thread(self._read_events, "loopback events"),
+                start_thread(self._read_errors, "loopback errors"),
+            ]
+        except BaseException:
+            self._process.kill()
+            self._process.wait()
+            raise
 
     def _read_events(self) -> None:
         assert self._process.stdout
@@ -126,8 +133,16 @@ def load_processors() -> Iterator[int]:
     """Keep every processor busy during the block. Yield the number of programs that do so."""
     count = len(os.sched_getaffinity(0))
     command = [sys.executable, "-S", "-c", LOAD]
-    with ExitStack() as started:
+    programs: list[subprocess.Popen[bytes]] = []
+    try:
         for _ in range(count):
-            program = started.enter_context(subprocess.Popen(command, stdin=subprocess.DEVNULL))  # noqa: S603  our own
-            started.callback(program.kill)
+            program = subprocess.Popen(  # noqa: S603  our own
+                command, stdin=DEVNULL, stdout=DEVNULL, stderr=DEVNULL, **build_session_options()
+            )
+            programs.append(program)
         yield count
+    finally:
+        for program in programs:
+            program.kill()
+        for program in programs:
+            program.wait()

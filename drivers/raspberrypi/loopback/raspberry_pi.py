@@ -15,7 +15,7 @@ from drivers.raspberrypi.loopback import echoes, encoder_edges, motor_off_ground
 from drivers.raspberrypi.loopback.wires import RESERVED, LoopbackWire, choose_wires, find_problem, find_used_gpios
 from drivers.raspberrypi.pins import open_pins
 from robotcore.errors import BackendError, DeviceError
-from robotcore.hal.loopback import LoopbackPerson, LoopbackRequest, LoopbackTest, RuleResult
+from robotcore.hal.loopback import LoopbackPerson, LoopbackRequest, LoopbackTest, RuleResult, Verdict
 from robotcore.hardware import DeviceBinding
 from robotcore.safety.real_time import require_real_time
 
@@ -73,16 +73,21 @@ class PiLoopbackTest(LoopbackTest):
         return {"model": read_model(self._root), **{name: each for name, each in libraries.items() if each}}
 
     def run(self, person: LoopbackPerson, write: Callable[[str], object]) -> Generator[RuleResult, None, None]:
-        wires = " and ".join(map(str, self.wires))
+        wires, is_stop_failed = " and ".join(map(str, self.wires)), False
         if not person.confirm("wires", WIRES_INSTRUCTION.format(wires=wires)):
             reason = "the wires were not connected"
             yield from (RuleResult.skip(rule, reason) for rule in self.rules[: -len(motor_off_ground.RULES)])
         else:
             with ExitStack() as released:
                 released.callback(release_low, self.wires)
-                yield from self._measure_over_wires(write)
-        reference = self._request.robot_reference
-        yield from motor_off_ground.check_motor(self._motor, reference, person, write)
+                for result in self._measure_over_wires(write):
+                    is_stop_failed |= result.rule in stops.RULES and result.verdict is Verdict.FAILED
+                    yield result
+        if self._motor and is_stop_failed:
+            yield from (RuleResult.skip(rule, motor_off_ground.STOP_FAILED) for rule in motor_off_ground.RULES)
+        else:
+            reference = self._request.robot_reference
+            yield from motor_off_ground.check_motor(self._motor, reference, person, write)
 
     def _measure_over_wires(self, write: Callable[[str], object]) -> Iterator[RuleResult]:
         problem = lost = ""

@@ -83,7 +83,8 @@ def measure_ticks(
                 continue
             result = program.await_event("result") or {}
         if is_real_time and not ticks["priority"]:
-            yield RuleResult.skip(rule, " ".join(result.get("notes", ())) or "the run had no real-time priority")
+            reasons = result.get("real_time_notes") or ["the run had no real-time priority. Run the test again"]
+            yield RuleResult.fail(rule, ". ".join(reasons))
             continue
         granted = {key: ticks[key] for key in ("priority", "locked_kb")} if is_real_time else {}
         yield build_jitter_result(rule, Jitter.from_times(ticks["times"], rate), rate, load_programs=load, **granted)

@@ -28,6 +28,7 @@ class StraightDrive:
     left_rad: float
     """The angle by which the left wheels have turned, in radians."""
     right_rad: float
+    """The angle by which the right wheels have turned, in radians."""
     way_m: float
     """The measured way of the middle of the axle, in metres, negative backward."""
     deviation_m: float
@@ -46,7 +47,9 @@ class Spin:
     """A turn on the spot, and the angles of the wheels."""
 
     left_rad: float
+    """The angle by which the left wheels have turned, in radians."""
     right_rad: float
+    """The angle by which the right wheels have turned, in radians."""
     turn_rad: float
     """The measured angle by which the robot has turned, in radians, positive to the left."""
     deviation_rad: float

@@ -15,6 +15,7 @@ from robotcore.errors import CalibrationError
 
 if TYPE_CHECKING:
     from robotcore.calibration.camera.board import Board, ViewSelection
+    from robotcore.calibration.camera.delay import DelayFit
     from robotcore.calibration.camera.object_colour import HueFit
     from robotcore.cli.robot_session import RobotSession
     from robotcore.interactive.live_robot import LiveRobot
@@ -65,7 +66,34 @@ class CameraParts:
             self.failures[part] = error
 
     def to_dict(self) -> dict[str, Any]:
-        """Return the fields for JSON."""
+        """Return the fields for JSON.
+
+        The JSON keys:
+
+        camera: text; the name of the camera.
+        parts: object; the results of the parts that have one.
+        parts.noise: object; the noise of the pixels. Only with a result.
+        parts.noise.noise_levels: number, grey levels; the standard deviation of a pixel.
+        parts.colour: object; the colour of an object. Only with a result.
+        parts.colour.*: robotcore.calibration.camera.object_colour.HueFit
+        parts.colour.warnings: list of text; the problems of the object and the light.
+        parts.intrinsics: object; the lens. Only with a result.
+        parts.intrinsics.horizontal_fov_rad: number, rad; the horizontal field of view.
+        parts.intrinsics.centre_px: list of two numbers, pixels; the column and the row of the optical axis.
+        parts.intrinsics.distortion: list of numbers; the coefficients of the distortion.
+        parts.intrinsics.fov_deviation_rad: number, rad; the standard deviation of ``horizontal_fov_rad``.
+        parts.intrinsics.focal_length_px: number, pixels; the focal length.
+        parts.intrinsics.error_px: number, pixels; the error of a corner of the board.
+        parts.intrinsics.views: whole number; the number of views in the fit.
+        parts.intrinsics.left_out: whole number; the number of bad views that were left out.
+        parts.intrinsics.uncovered: list of text; the parts of the picture that the views do not cover.
+        parts.delay: object; the delay of the pictures. Only with a result.
+        parts.delay.*: robotcore.cli.calibrate.camera_parts._build_delay_values
+        skipped: object of text; why a part did not run, by part.
+        failures: object; the errors of parts without a result, by part.
+        failures.PART.error: text; the message. Only after a failure.
+        failures.PART.kind: text; a stable identifier of the error. Only after a failure.
+        """
         failures = {part: {"error": str(error), "kind": error.kind} for part, error in self.failures.items()}
         return {"camera": self.camera.name, "parts": self.values, "skipped": self.skipped, "failures": failures}
 
@@ -223,16 +251,25 @@ class CameraParts:
         self._session.change_device(self.camera, latency_s=latency)
         self._add(
             DELAY,
-            {
-                "latency_s": latency,
-                "deviation_s": fit.deviation_s,
-                "stamp_error_s": fit.stamp_error_s,
-                "scale": fit.scale,
-                "share": fit.share,
-                "pictures": fit.pictures,
-                "sensor": find_heading_source(live),
-            },
+            _build_delay_values(fit, latency, find_heading_source(live)),
             f"{latency:.3f} s ± {fit.deviation_s:.3f} s from the capture until the app gets the picture",
             f"the time stamps are {abs(fit.stamp_error_s):.3f} s {'late' if fit.stamp_error_s >= 0 else 'early'}; "
             f"compared with {find_heading_source(live)}; the fit explains {fit.share:.1%} of the rotation",
         )
+
+
+def _build_delay_values(fit: DelayFit, latency_s: float, sensor: str) -> dict[str, Any]:
+    """Return the data about the delay for JSON.
+
+    The JSON keys:
+
+    latency_s: number, s; the time from the capture of a picture until the app gets it.
+    deviation_s: number, s; the standard deviation of ``latency_s``.
+    stamp_error_s: number, s; the time from the capture of a picture to its time stamp.
+    scale: number; the rotation in the pictures, divided by that of the sensor.
+    share: number; the share of the pictures' rotation that the sensor's rotation explains, from 0 to 1.
+    pictures: whole number; the number of pictures in the fit.
+    sensor: text; the sensor of the rotation.
+    """
+    names = ("deviation_s", "stamp_error_s", "scale", "share", "pictures")
+    return {"latency_s": latency_s, **{name: getattr(fit, name) for name in names}, "sensor": sensor}

@@ -60,7 +60,7 @@ def command(straight_by: str, turns_by: str | None, distance_m: float, turns: in
     corrections = list_drive_corrections(result, runner.drive)
     apply_corrections(session.changes, corrections)
     session.charts += build_drive_charts(result, runner.drive)
-    answer = {**_to_dict(result), "corrections": [each.to_dict() for each in corrections]}
+    answer = _build_answer(result, corrections)
     return session.finish("The drive", answer, partial(_write_result, result, corrections, runner.drive))
 
 
@@ -112,7 +112,26 @@ def _join(values: list[float], form: str) -> str:
     return " and ".join(f"{each:{form}}" for each in values)
 
 
-def _to_dict(result: DriveResult) -> dict[str, Any]:
+def _build_answer(result: DriveResult, corrections: list[Correction]) -> dict[str, Any]:
+    """Return the data about the drive for JSON.
+
+    The JSON keys:
+
+    wheel_radius_m: object; the mean wheel radius, in metres.
+    wheel_radius_m.*: robotcore.calibration.least_squares.Estimate
+    effective_track_m: object or null; the track in metres, the effective one of wheels that skid.
+    effective_track_m.*: robotcore.calibration.least_squares.Estimate
+    radius_ratio: object or null; the radius of the right wheels, divided by that of the left wheels.
+    radius_ratio.*: robotcore.calibration.least_squares.Estimate
+    straight_by: text; the reference of the straight drives: ``tape`` or ``wall``.
+    turns_by: text; the reference of the turns: ``tape``, ``imu`` or ``wall``.
+    straight_drives: list of objects; the straight drives.
+    straight_drives[].*: robotcore.calibration.drive.geometry_fit.StraightDrive
+    spins: list of objects; the turns on the spot.
+    spins[].*: robotcore.calibration.drive.geometry_fit.Spin
+    corrections: list of objects; the values of the robot's file, and the measured ones.
+    corrections[].*: robotcore.calibration.corrections.Correction.to_dict
+    """
     estimates = {"wheel_radius_m": result.radius, "effective_track_m": result.track, "radius_ratio": result.ratio}
     return {
         **{key: each and each._asdict() for key, each in estimates.items()},
@@ -120,4 +139,5 @@ def _to_dict(result: DriveResult) -> dict[str, Any]:
         "turns_by": result.turns_by.value,
         "straight_drives": [vars(each) for each in result.drives],
         "spins": [vars(each) for each in result.spins],
+        "corrections": [each.to_dict() for each in corrections],
     }

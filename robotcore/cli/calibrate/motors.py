@@ -17,7 +17,7 @@ if TYPE_CHECKING:
     from robotcore.calibration.calibrated_robot import CalibratedRobot
     from robotcore.calibration.corrections import Correction
     from robotcore.calibration.least_squares import Estimate
-    from robotcore.calibration.motors.measurement import MotorResult
+    from robotcore.calibration.motors.measurement import Method, MotorResult
 
 FLOOR = (
     "Put the robot on a stand, so that its wheels turn freely, or on the floor with 1 m of free space around it. It "
@@ -59,12 +59,26 @@ def command(method: str | None, distance_m: float, **values: Any) -> int:
     corrections = [each for result in results for each in list_motor_corrections(result, robot)]
     apply_corrections(session.changes, corrections)
     session.charts += build_motor_charts(results, robot.models)
-    answer = {
-        "method": chosen.value,
+    answer = _build_answer(chosen, results, corrections)
+    return session.finish("The motors", answer, partial(_write_results, results, corrections, robot))
+
+
+def _build_answer(method: Method, results: list[MotorResult], corrections: list[Correction]) -> dict[str, Any]:
+    """Return the data about the motors for JSON.
+
+    The JSON keys:
+
+    method: text; the instrument: ``encoder``, ``imu`` or ``tape``.
+    motors: object; the measured motors by their names.
+    motors.MOTOR.*: robotcore.cli.calibrate.motors._to_dict
+    corrections: list of objects; the values of the robot's file, and the measured ones.
+    corrections[].*: robotcore.calibration.corrections.Correction.to_dict
+    """
+    return {
+        "method": method.value,
         "motors": {each.motor: _to_dict(each) for each in results},
         "corrections": [each.to_dict() for each in corrections],
     }
-    return session.finish("The motors", answer, partial(_write_results, results, corrections, robot))
 
 
 def _write_results(results: list[MotorResult], corrections: list[Correction], robot: CalibratedRobot) -> None:
@@ -138,6 +152,28 @@ def _list_cells(
 
 
 def _to_dict(result: MotorResult) -> dict[str, Any]:
+    """Return the data about a motor for JSON.
+
+    The JSON keys:
+
+    instrument: text; the name of the encoder or of the IMU, or ``tape measure``.
+    dead_band: object; the greatest duty at which the wheel does not turn, from 0 to 1.
+    dead_band.*: robotcore.calibration.least_squares.Estimate
+    forward_rad_s: object; the velocity at the duty 1, in rad/s.
+    forward_rad_s.*: robotcore.calibration.least_squares.Estimate
+    backward_rad_s: object; the velocity at the duty -1, in rad/s, as a positive number.
+    backward_rad_s.*: robotcore.calibration.least_squares.Estimate
+    lag_s: object; the time constant of the lag, in seconds. Only if more than distances were measured.
+    lag_s.*: robotcore.calibration.least_squares.Estimate
+    delay_s: object; the time from a command to its effect, in seconds. Only if more than distances were measured.
+    delay_s.*: robotcore.calibration.least_squares.Estimate
+    r_squared: number; the coefficient of determination of the fit, from 0 to 1.
+    residual_rad_s: number, rad/s; the root mean square of the residuals.
+    points: list of objects; the measured points.
+    points[].command: number; the duty, or the share of the full command, from -1 to 1.
+    points[].value: number, rad/s; the velocity.
+    points[].deviation: number, rad/s; the standard deviation of the velocity.
+    """
     curve, response = result.curve, result.response
     estimates = {"dead_band": curve.dead_band, "forward_rad_s": curve.forward, "backward_rad_s": curve.backward}
     if response:

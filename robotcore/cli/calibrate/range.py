@@ -84,9 +84,21 @@ def command(
         session.changes.refuse("the measurement did not reach its end")
     notes = _apply(session, sensor, fit)
     session.charts.append(build_error_chart(fit, sensor.name))
-    results = [{**_drop_nan(asdict(each)), "loss": each.loss} for each in fit.walls]
-    answer = {"sensor": sensor.name, **asdict(fit), "walls": results}
+    answer = _build_answer(sensor.name, fit)
     return session.finish("The range sensor", answer, partial(_write_fit, fit, sensor, notes))
+
+
+def _build_answer(sensor: str, fit: RangeFit) -> dict[str, Any]:
+    """Return the data about the sensor for JSON.
+
+    The JSON keys:
+
+    sensor: text; the name of the range sensor.
+    *: robotcore.calibration.range_sensor.RangeFit
+    walls[].loss: number; the share of measurements without an echo at this distance, from 0 to 1.
+    """
+    walls = [{**_drop_nan(asdict(each)), "loss": each.loss} for each in fit.walls]
+    return {"sensor": sensor, **asdict(fit), "walls": walls}
 
 
 def _decide_driving(session: RobotSession, distances: tuple[float, ...], start: float | None) -> bool:

@@ -30,11 +30,18 @@ class DeployCommand(click.Command):
 
 
 class AnsweringDeployCommand(AnsweringCommand):
-    """A command with ``--json``. After an error, it prints ``host``, ``error`` and ``exit_status``."""
+    """A command with ``--json``."""
 
     def build_failure_answer(
         self, parameters: Mapping[str, Any], error: RobotcoreError | Interrupted
     ) -> dict[str, Any]:
+        """Return the JSON answer of a command that failed.
+
+        The JSON keys:
+
+        host: text; the robot's address.
+        *: robotcore.cli.command_classes.AnsweringCommand._write_answer
+        """
         return {"host": str(parameters.get("host") or ""), "error": str(error), "exit_status": error.exit_status}
 
 

@@ -1,12 +1,9 @@
-"""``robotcore deploy status``, ``logs``, ``start`` and ``stop``: commands on the app of a robot.
-
-``status --json`` prints ``host``, the fields of `robotcore.deploy.robot_answers.StatusAnswer`, and ``exit_status``.
-"""
+"""``robotcore deploy status``, ``logs``, ``start`` and ``stop``: commands on the app of a robot."""
 
 from __future__ import annotations
 
 from collections.abc import Iterator
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import click
 
@@ -39,10 +36,22 @@ def status(host: RobotAddress, *, as_json: bool) -> int:
     state = _call(host, "status")
     exit_status = _choose_exit_status(state)
     if as_json:
-        write_json({"host": str(host), **state.model_dump(by_alias=True), "exit_status": exit_status})
+        write_json(_build_answer(host, state, exit_status))
     else:
         _write_state(host, state)
     return exit_status
+
+
+def _build_answer(host: RobotAddress, state: StatusAnswer, exit_status: int) -> dict[str, Any]:
+    """Return the data of ``status`` for JSON.
+
+    The JSON keys:
+
+    host: text; the robot's address.
+    *: robotcore.deploy.robot_answers.StatusAnswer
+    exit_status: whole number; the exit status.
+    """
+    return {"host": str(host), **state.model_dump(by_alias=True), "exit_status": exit_status}
 
 
 @click.command("logs", cls=DeployCommand)

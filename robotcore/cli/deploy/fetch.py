@@ -1,18 +1,4 @@
-"""``robotcore deploy fetch``: copy the recordings of a robot to this machine.
-
-``--json`` prints these keys:
-
-host: the robot's address.
-folder: the folder for the recordings on this machine.
-fetched: the names of the recordings that this command copied.
-present: the names of the recordings that were in the folder before.
-different: the names of the recordings of which the folder has a file with other content.
-being_written: the names of the recordings that an app is writing.
-skipped: the names of the other files on the robot.
-erased: the names of the recordings that this command deleted from the robot.
-newest: the path of the newest recording in the folder, or null.
-exit_status: the exit status.
-"""
+"""``robotcore deploy fetch``: copy the recordings of a robot to this machine."""
 
 from __future__ import annotations
 
@@ -57,7 +43,7 @@ def command(host: RobotAddress, out: Path | None, *, moves: bool, as_json: bool)
         result = fetch(link, folder, _ignore_progress if as_json else display, deletes_on_robot=moves)
     status = 1 if result.different else 0
     if as_json:
-        write_json({"host": str(host), **_build_payload(result), "exit_status": status})
+        write_json(_build_answer(host, result, status))
     else:
         _write_next_commands(result)
     return status
@@ -80,8 +66,24 @@ def _ignore_progress(_progress: object) -> None:
     """Print no progress, because the output is one line of JSON."""
 
 
-def _build_payload(result: FetchResult) -> dict[str, Any]:
+def _build_answer(host: RobotAddress, result: FetchResult, status: int) -> dict[str, Any]:
+    """Return the data for JSON.
+
+    The JSON keys:
+
+    host: text; the robot's address.
+    folder: text; the folder for the recordings on this machine.
+    fetched: list of text; the names of the recordings that this command copied.
+    present: list of text; the names of the recordings that were in the folder before.
+    different: list of text; the names of the recordings of which the folder has a file with other content.
+    being_written: list of text; the names of the recordings that an app is writing.
+    skipped: list of text; the names of the other files on the robot.
+    erased: list of text; the names of the recordings that this command deleted from the robot.
+    newest: text or null; the path of the newest recording in the folder.
+    exit_status: whole number; the exit status.
+    """
     return {
+        "host": str(host),
         "folder": str(result.folder),
         "fetched": result.fetched,
         "present": result.present,
@@ -90,6 +92,7 @@ def _build_payload(result: FetchResult) -> dict[str, Any]:
         "skipped": result.skipped,
         "erased": result.erased,
         "newest": str(result.newest) if result.newest else None,
+        "exit_status": status,
     }
 
 

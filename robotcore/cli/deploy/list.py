@@ -1,14 +1,9 @@
-"""``robotcore deploy list``: list the releases on a robot.
-
-``--json`` prints ``{"host", "current", "releases": [{"name", "outcome", "project", "app", "robot", "backend", "checks",
-"revision", "sender", …}, …], "exit_status"}``, the newest first; a release that cannot be read has ``name`` and
-``unreadable``, the reason.
-"""
+"""``robotcore deploy list``: list the releases on a robot."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import click
 
@@ -17,7 +12,7 @@ from robotcore.cli.output import as_json, write_json, write_line, write_table
 
 if TYPE_CHECKING:
     from robotcore.deploy.host import RobotAddress
-    from robotcore.deploy.robot_answers import ListedRelease, UnreadableRelease
+    from robotcore.deploy.robot_answers import ListedRelease, ReleasesAnswer, UnreadableRelease
 
 
 SKIPPED = ": skipped"
@@ -36,12 +31,27 @@ def command(host: RobotAddress, *, as_json: bool) -> int:
     with make_link(host) as link:
         found = link.call("releases", ReleasesAnswer)
     if as_json:
-        write_json({"host": str(host), **found.model_dump(by_alias=True), "exit_status": 0})
+        write_json(_build_answer(host, found))
     elif found.releases:
         write_table(COLUMNS, [_build_row(each, found.current) for each in found.releases])
     else:
         write_line(f"{host}: no release is on the robot. {host.format_command('push')}")
     return 0
+
+
+def _build_answer(host: RobotAddress, found: ReleasesAnswer) -> dict[str, Any]:
+    """Return the data for JSON.
+
+    The JSON keys:
+
+    host: text; the robot's address.
+    releases: list of objects; the releases on the robot, the newest first.
+    releases[].*: robotcore.deploy.agent.releases.Release
+    releases[].*: robotcore.deploy.robot_answers.UnreadableRelease
+    *: robotcore.deploy.robot_answers.ReleasesAnswer
+    exit_status: whole number; the exit status.
+    """
+    return {"host": str(host), **found.model_dump(by_alias=True), "exit_status": 0}
 
 
 def _build_row(release: ListedRelease | UnreadableRelease, current: str | None) -> list[str]:

@@ -1,12 +1,8 @@
-"""``robotcore doctor`` checks this machine, its backends and a robot, and prints a remedy for each problem.
-
-``--json`` prints ``{"findings": [{"about", "level", "kind", "subject", "message", "remedy"}, …], "warnings": n,
-"errors": n, "exit_status": n}``. ``about`` is the backend's name or ``machine``. ``level`` is ok, warning or error.
-``kind`` identifies the finding. ``remedy`` may be empty.
-"""
+"""``robotcore doctor`` checks this machine, its backends and a robot, and prints a remedy for each problem."""
 
 from __future__ import annotations
 
+import re
 from collections.abc import Iterable, Iterator, Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -38,10 +34,9 @@ MACHINE = "machine"
 
 def parse_wire(value: str) -> tuple[int, int]:
     """Return the output and the input of a wire, such as ``20:21``."""
-    output, _, target = (part.strip() for part in value.partition(":"))
-    if not (output.isdecimal() and target.isdecimal()):
-        raise click.BadParameter(f"{value!r} is not OUT:IN. Give two GPIOs, such as 20:21")
-    return int(output), int(target)
+    if not (found := re.fullmatch(r"([0-9]{1,3}):([0-9]{1,3})", value)):
+        raise click.BadParameter(f"{value[:20]!r} is not OUT:IN. Give two GPIOs, such as 20:21")
+    return int(found[1]), int(found[2])
 
 
 @click.command("doctor")
@@ -128,8 +123,7 @@ def command(
     warnings, errors = levels.count("warning"), levels.count("error")
     status = 1 if errors else 0
     if as_json:
-        rows = [_row(about, finding) for about, finding in findings]
-        write_json({"findings": rows, "warnings": warnings, "errors": errors, "exit_status": status})
+        write_json(_build_answer(findings, warnings, errors, status))
     else:
         write_line()
         write_line(f"{pluralize(errors, 'error')}, {pluralize(warnings, 'warning')}")
@@ -229,6 +223,22 @@ def _write_and_yield(found: Iterable[AboutFinding]) -> Iterator[AboutFinding]:
     for about, finding in found:
         write_finding(finding)
         yield about, finding
+
+
+def _build_answer(findings: Iterable[AboutFinding], warnings: int, errors: int, status: int) -> dict[str, Any]:
+    """Return the data for JSON.
+
+    The JSON keys:
+
+    findings: list of objects; the results of the checks.
+    findings[].about: text; the name of the backend, or ``machine``.
+    findings[].*: robotcore.hal.check_finding.Finding
+    warnings: whole number; the number of warnings.
+    errors: whole number; the number of errors.
+    exit_status: whole number; the exit status.
+    """
+    rows = [_row(about, finding) for about, finding in findings]
+    return {"findings": rows, "warnings": warnings, "errors": errors, "exit_status": status}
 
 
 def _row(about: str, finding: Finding) -> dict[str, Any]:

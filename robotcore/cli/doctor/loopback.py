@@ -6,7 +6,7 @@ from collections.abc import Iterable, Mapping
 from contextlib import closing, suppress
 from datetime import datetime
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import click
 
@@ -19,6 +19,7 @@ from robotcore.text import escape
 
 if TYPE_CHECKING:
     from robotcore.hal.loopback import LoopbackRequest, LoopbackTest, RuleResult
+    from robotcore.runtime.signals import SignalGuard
 
 DEFAULT_BACKEND = "raspberrypi"
 READY = "ready"
@@ -69,17 +70,34 @@ def run_loopback(
     file = file or build_default_name(datetime.now())  # noqa: DTZ005  the owner's local time
     require_writable(file, OPTION)
     report = LoopbackReport(request, test.pins, test.describe_board(), test.rules)
-    with SignalGuard(), redirect_prints(as_json=as_json):
-        _measure(test, AnsweringLoopbackPerson(given), report, file, as_json=as_json)
+    with SignalGuard() as signals, redirect_prints(as_json=as_json):
+        _measure(test, AnsweringLoopbackPerson(given), report, file, signals, as_json=as_json)
     if as_json:
-        write_json({**report.to_dict(), "report": str(file)})
+        write_json(_build_answer(report, file))
     else:
         _write_end(report, file)
     return report.exit_status
 
 
+def _build_answer(report: LoopbackReport, file: Path) -> dict[str, Any]:
+    """Return the data for JSON.
+
+    The JSON keys:
+
+    *: robotcore.cli.doctor.loopback_report.LoopbackReport.to_dict
+    report: text; the file of the report.
+    """
+    return {**report.to_dict(), "report": str(file)}
+
+
 def _measure(
-    test: LoopbackTest, person: AnsweringLoopbackPerson, report: LoopbackReport, file: Path, *, as_json: bool
+    test: LoopbackTest,
+    person: AnsweringLoopbackPerson,
+    report: LoopbackReport,
+    file: Path,
+    signals: SignalGuard,
+    *,
+    as_json: bool,
 ) -> None:
     """Run the test, and write the report after each result, so that an interrupted test has a report too."""
 
@@ -93,13 +111,17 @@ def _measure(
                 report.save(file)
                 if not as_json:
                     _write_result(result)
+                signals.check()  # Python discards the exception of a signal in a callback, such as of a weak reference
         report.end(COMPLETE)
         report.save(file)
-    except (RobotcoreError, Interrupted) as error:
-        report.end(str(error))
+    except (Exception, Interrupted) as error:
+        cause = signals.raised or error  # a library may raise an error of its own in place of the signal's
+        if not isinstance(cause, (RobotcoreError, Interrupted)):
+            raise
+        report.end(str(cause))
         report.save(file)
         write(f"The test did not reach its end. The partial report: {file}")
-        raise
+        raise cause from None
 
 
 def _check_answers(test: LoopbackTest, answers: Iterable[tuple[str, str]]) -> dict[str, str]:
@@ -126,5 +148,5 @@ def _write_result(result: RuleResult) -> None:
 def _write_end(report: LoopbackReport, file: Path) -> None:
     write_line()
     write_line(f"{report.count('passed')} passed, {report.count('failed')} failed, {report.count('skipped')} skipped")
-    write_line(f"The report: {file}. It has no host name, user name, serial number or path.")
+    write_line(f"The report: {file}. robotcore has removed names, serial numbers and paths from it.")
     write_line('Read it and send it: "Test your Pi" in the page "From a box of parts to a robot" of the documentation')

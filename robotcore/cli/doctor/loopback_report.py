@@ -15,7 +15,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, Literal
 from urllib.parse import quote
 
-from pydantic import BaseModel, ConfigDict, Field
+from pydantic import BaseModel, ConfigDict, Field, field_validator
 
 from robotcore.compatibility import read_version
 from robotcore.description.file_reading import read_limited
@@ -35,19 +35,22 @@ UNFINISHED = "the program ended before the test"
 
 HIDDEN = "…"
 _FILE = re.compile(r"[\w./~-]+\.(?:toml|py|json)\b")
-_PATH = re.compile(r"(?<![\w.…])/(?!dev/|proc/|sys/|etc/|boot/)[^\s:;,'\"()]+")
+_PATH = re.compile(r"(?<![\w.…])(?:~[\w.-]*)?/(?!dev/(?!serial/)|proc/(?!\d)|sys/|etc/|boot/)[^\s:;,'\"()]+")
+_ADDRESS = re.compile(r"(?<![\w.])\d{2,3}(?:\.\d{1,3}){3}(?![\w.])")
+_SERIAL_NUMBER = re.compile(r"\b(?=[a-fA-F]*\d)[0-9a-fA-F]{12,}\b")
 _PROCESS = re.compile(r"process \d+(?: \([^)]*\))?")
 OPTION = "--report"
 
 
 def hide_private(text: str) -> str:
-    """Return a text without paths, programs, the host's name and the user's name.
+    """Return a text without paths, programs, IPv4 addresses, serial numbers, the host's name and the user's name.
 
     >>> hide_private("GPIO 17 is held by process 812 (my_robot)")
     'GPIO 17 is held by another program'
     """
     text = _PROCESS.sub("another program", text)
-    text = _FILE.sub(HIDDEN, _PATH.sub(HIDDEN, text))
+    for private in (_PATH, _FILE, _ADDRESS, _SERIAL_NUMBER):
+        text = private.sub(HIDDEN, text)
     for name in {platform.node(), platform.node().partition(".")[0], _find_user()} - {""}:
         text = re.sub(rf"(?<!\w){re.escape(name)}(?!\w)", HIDDEN, text)
     return text
@@ -114,7 +117,32 @@ class LoopbackReport:
         return int(self.ended != COMPLETE or self.count("failed") > 0)
 
     def to_dict(self) -> dict[str, Any]:
-        """Return the report as data for JSON."""
+        """Return the report as data for JSON.
+
+        The JSON keys:
+
+        format: whole number; the version of the report's format.
+        ended: text; ``complete``, or why the test ended before.
+        date: text; the date in UTC, such as ``2026-11-25``.
+        robotcore: text; the version of robotcore.
+        python: text; the version of Python.
+        kernel: text; the version of the kernel.
+        machine: text; the processor, such as ``aarch64``.
+        os: text; the operating system.
+        processors: whole number; the number of processor cores.
+        board: object of text; facts about the board, such as its ``model`` and the versions of its libraries.
+        options: object; the options of the test.
+        options.wires: list of lists of two numbers; the GPIOs of each wire, output and input.
+        options.rt: true or false; whether ``--rt`` was given.
+        options.tick_test_s: number, s; the duration of each measurement of the ticks.
+        options.has_robot: true or false; whether ``--robot`` was given.
+        passed: whole number; the number of rules that passed.
+        failed: whole number; the number of rules that failed.
+        skipped: whole number; the number of rules without a result.
+        rules: list of objects; the results of the rules.
+        rules[].*: robotcore.hal.loopback.RuleResult
+        exit_status: whole number; the exit status.
+        """
         return {
             "format": FORMAT,
             "ended": self.ended,
@@ -127,8 +155,8 @@ class LoopbackReport:
 
     @staticmethod
     def _format_result(result: RuleResult) -> dict[str, Any]:
-        row = {**asdict(result), "verdict": result.verdict.value}
-        return {name: hide_private(value) if isinstance(value, str) else value for name, value in row.items()}
+        texts = {name: hide_private(getattr(result, name)) for name in ("measured", "bound", "reason")}
+        return {**asdict(result), "verdict": result.verdict.value, **texts}
 
     def save(self, file: Path) -> None:
         """Write the report. Raises UsageError if that fails."""
@@ -156,6 +184,13 @@ class _Rule(BaseModel):
     verdict: Literal["passed", "failed", "skipped"]
     values: dict[str, _Value] = Field(default_factory=dict)
 
+    @field_validator("values")
+    @classmethod
+    def _require_durations(cls, values: dict[str, float]) -> dict[str, float]:
+        if any(name.endswith("_ms") and value < 0 for name, value in values.items()):
+            raise ValueError("a duration is negative")
+        return values
+
 
 class _Board(BaseModel):
     model: _Text = ""
@@ -166,12 +201,19 @@ class _SavedReport(BaseModel):
 
     model_config = ConfigDict(extra="ignore")
 
-    format: Literal[1]
+    format: int = Field(strict=True, ge=FORMAT, le=FORMAT)
     ended: _Text
     robotcore: _Text
     os: _Text
     board: _Board
     rules: list[_Rule] = Field(max_length=1000)
+
+    @field_validator("rules")
+    @classmethod
+    def _require_unique_names(cls, rules: list[_Rule]) -> list[_Rule]:
+        if len({rule.rule for rule in rules}) < len(rules):
+            raise ValueError("a rule has two results")
+        return rules
 
 
 STOPS = ("command", "deadman", "sigterm", "sigkill", "guardian")
@@ -206,8 +248,8 @@ def format_row(file: Path) -> str:
 
 
 def _escape_markdown(text: str) -> str:
-    """Return a text whose characters have no meaning in a cell of a Markdown table."""
-    return re.sub(r"([\\`*_\[\]<>&~|])", r"\\\1", escape(text))
+    """Return a text without a meaning in a cell of a Markdown table: no link, no mention, no formula."""
+    return re.sub(r"([\\`*_\[\]<>&~|:@#$]|(?<=www)\.)", r"\\\1", escape(text), flags=re.IGNORECASE)
 
 
 def _format_ms(values: Mapping[str, float]) -> str:

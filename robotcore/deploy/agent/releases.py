@@ -57,7 +57,7 @@ class Release:
     """
 
     name: str
-    """The release's name, see `NAME_PATTERN`."""
+    """The release's name: the time of its push in UTC, such as ``2026-11-21T22-40-03Z``."""
     project: str
     """The project's name."""
     app: str

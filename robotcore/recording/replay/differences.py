@@ -32,12 +32,15 @@ class Deviation:
     """
 
     tick: int
+    """The number of the tick."""
     time: float
     """The time of the tick on the robot's clock, in seconds."""
     subject: str
     """The decision that differs, such as ``the command``."""
     recorded: str
+    """The decision in the recording."""
     replayed: str
+    """The decision in the replay."""
     reads: tuple[str, ...] = ()
     """A text about each read of a sensor in the recorded tick; empty for an evaluation."""
 

@@ -106,7 +106,32 @@ class Evaluation:
         return DIFFERS if self.must_be_equal and not self.is_equal else 0
 
     def to_dict(self) -> dict[str, Any]:
-        """Return the JSON fields."""
+        """Return the JSON fields.
+
+        The JSON keys:
+
+        app: text; the name of the app.
+        recorded_app: text; the name of the recorded app.
+        ticks: whole number; the number of ticks of the replay.
+        recorded_ticks: whole number; the number of ticks of the recording.
+        differing_ticks: whole number; the number of ticks in which the state or the command differs.
+        parting: object or null; the first decision that differs. Null if there is none.
+        parting.tick: whole number; the number of the tick.
+        parting.time: number, s; the time of the tick on the robot's clock.
+        parting.what: text; the decision that differs, such as ``the command``.
+        parting.recorded: text; the decision in the recording.
+        parting.rehearsed: text; the decision in the replay.
+        outcome: text or null; how the app ended. Null if the recording ended before.
+        recorded_outcome: text or null; how the recorded run ended. Null if the recording has no end.
+        milestones: object of numbers, s; the time of each milestone in the replay.
+        recorded_milestones: object of numbers, s, or null; the time of each milestone in the recorded run.
+        late_reads: object of whole numbers; for each device the ticks in which only the replayed app read it.
+        logged: list of objects; the values that the app logged in the replay.
+        logged[].*: robotcore.recording.logged_summary.LoggedSeries.to_dict
+        reason: text; why the app ended.
+        warning: text or null; which inputs of the run are missing in the recording.
+        exit_status: whole number; the exit status.
+        """
         recorded, first = self.recording.result, self.first_difference
         return {
             "app": self.result.app,

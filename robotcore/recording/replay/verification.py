@@ -105,7 +105,28 @@ class ReplayResult:
         return 0 if self.is_equal else DIFFERS
 
     def to_dict(self) -> dict[str, Any]:
-        """Return the JSON fields."""
+        """Return the JSON fields.
+
+        The JSON keys:
+
+        app: text; the name of the app.
+        equal: true or false; whether all decisions are equal.
+        bit_equal: true or false; whether all commands also have the recorded bits.
+        ticks: whole number; the number of ticks before the first difference.
+        recorded_ticks: whole number; the number of ticks of the recording.
+        largest_difference_rad_s: number, rad/s; the largest difference of a command within the tolerance.
+        trace_sha256: text; the digest of the trace of the replay.
+        recorded_sha256: text or null; the recorded digest. Null if the recording has none, or after a difference.
+        ended_by: text or null; the external cause of the recording's end, such as a signal or a cut file.
+        platform: list of text; the differences between this machine and the recorded one.
+        app_changed: true, false or null; whether the app's file differs from the recorded one. Null if it is unknown.
+        logged: list of objects; the values that the app logged in the replay.
+        logged[].*: robotcore.recording.logged_summary.LoggedSeries.to_dict
+        deviation: object or null; the first decision that differs. Null if there is none.
+        deviation.*: robotcore.recording.replay.differences.Deviation without time
+        deviation.time_s: number, s; the time of the tick on the robot's clock.
+        exit_status: whole number; the exit status.
+        """
         deviation = asdict(self.deviation) if self.deviation else None
         if deviation:
             deviation["time_s"] = deviation.pop("time")

@@ -1,6 +1,9 @@
 from __future__ import annotations
 
 import ast
+import shlex
+import subprocess
+import sys
 from io import StringIO
 from pathlib import Path
 
@@ -92,3 +95,16 @@ def test_every_command_writes_with_the_module_output() -> None:
     calls = [node for file in files for node in ast.walk(ast.parse(file.read_text())) if isinstance(node, ast.Call)]
     assert calls
     assert not {"click.echo", "click.secho", "print"} & {ast.unparse(call.func) for call in calls}
+
+
+@pytest.mark.slow
+@pytest.mark.posix("a shell closes the streams")
+@pytest.mark.parametrize("closed", ["<&- >&-", ">&-", "<&- >&- 2>&-"])
+@pytest.mark.parametrize("command", ["doctor", "sweep avoid-obstacles --seeds 1-2 --fresh --timeout 1 --out out"])
+def test_a_command_works_with_closed_standard_streams(closed: str, command: str, tmp_path: Path) -> None:
+    line = f"{shlex.quote(sys.executable)} -m robotcore {command} {closed}"
+    ended = subprocess.run(
+        ["/bin/sh", "-c", line], cwd=tmp_path, capture_output=True, text=True, check=False, timeout=60
+    )
+    assert "Traceback" not in ended.stderr
+    assert ended.returncode == 0, ended.stderr

@@ -193,6 +193,37 @@ class TestSignalGuard:
             with pytest.raises(Interrupted):
                 signal.raise_signal(signal.SIGINT)
 
+    def test_without_posix_the_watchdog_interrupts_the_outer_context_if_the_inner_one_ends_before_the_signal(
+        self, monkeypatch: pytest.MonkeyPatch
+    ) -> None:
+        monkeypatch.setattr(signals, "HAS_POSIX", False)
+        raise_signal = signal.raise_signal
+        inner = ExitStack()
+
+        def raise_late(number: int) -> None:
+            inner.close()
+            raise_signal(number)
+
+        monkeypatch.setattr(signal, "raise_signal", raise_late)
+        with SignalGuard() as guard:
+            inner.enter_context(SignalGuard())
+            with pytest.raises(WatchdogInterrupt):
+                guard.interrupt_main_thread()
+            with pytest.raises(Interrupted):
+                raise_signal(signal.SIGINT)
+
+    def test_without_posix_sigterm_before_the_sigint_of_the_watchdog_is_no_interrupt_of_the_watchdog(
+        self, monkeypatch: pytest.MonkeyPatch
+    ) -> None:
+        monkeypatch.setattr(signals, "HAS_POSIX", False)
+        raise_signal = signal.raise_signal
+        monkeypatch.setattr(signal, "raise_signal", lambda _: raise_signal(signal.SIGTERM))
+        with SignalGuard() as guard:
+            with pytest.raises(Interrupted):
+                guard.interrupt_main_thread()
+            with pytest.raises(WatchdogInterrupt):
+                raise_signal(signal.SIGINT)
+
     def test_watchdog_interrupt_after_the_mask_raises_nothing(self) -> None:
         with SignalGuard() as guard:
             guard.mask()

@@ -1,5 +1,6 @@
 from __future__ import annotations
 
+import errno
 import json
 import os
 import shutil
@@ -15,21 +16,28 @@ from time import monotonic, sleep
 
 import pytest
 
-from robotcore import RunRequest, plugins
+from benchmarks.logging_robot import LoggingBackend
+from robotcore import RunRequest, plugins, run
 from robotcore.cli.main import execute
 from robotcore.errors import UsageError
+from robotcore.runtime.behaviour import Status
 from robotcore.runtime.plan import Plan
+from robotcore.runtime.result import RealTimeNote
 from robotcore.safety import real_time
 from robotcore.safety.real_time import (
+    NO_GUARDIAN,
     Priorities,
     RealTimeTicks,
     drop_priority,
     find_priorities,
+    lock_memory,
     read_priority_and_locked_memory,
     require_real_time,
     set_priority,
+    unlock_memory,
 )
 from robotcore.threads import start_thread
+from tests.robotcore.fakes import FunctionApp
 from tests.robotcore.safety.guardian.recorder import notes
 from tests.texts import CheckText, Raises
 
@@ -41,6 +49,15 @@ def _is_granted() -> bool:
     return hasattr(os, "sched_setscheduler") and find_priorities()[0] == Priorities(20, 30)
 
 
+def _may_lock() -> bool:
+    if not hasattr(os, "sched_setscheduler"):
+        return False
+    is_refused = lock_memory()
+    unlock_memory()
+    return not is_refused
+
+
+may_lock = pytest.mark.skipif(not _may_lock(), reason="this user may not lock memory")
 granted = pytest.mark.skipif(not _is_granted(), reason="this user has no real-time priority")
 
 
@@ -61,6 +78,22 @@ def test_a_python_without_the_calls_of_the_scheduler_is_a_usage_error(
     monkeypatch.delattr(os, "sched_setscheduler")
     with raises(UsageError, "no-real-time", system="linux"):
         require_real_time()
+
+
+@linux
+def test_a_c_library_without_the_calls_of_the_scheduler_is_a_usage_error(
+    monkeypatch: pytest.MonkeyPatch, raises: Raises
+) -> None:
+    """The functions of musl always fail with ENOSYS. The guardian asks for its priority in each run."""
+
+    def fail(*_: object) -> None:
+        raise OSError(errno.ENOSYS, os.strerror(errno.ENOSYS))
+
+    for name in ("sched_getscheduler", "sched_setscheduler", "sched_getparam", "sched_setparam"):
+        monkeypatch.setattr(os, name, fail)
+    with raises(UsageError, "no-real-time", system="linux"):
+        require_real_time()
+    assert read_priority_and_locked_memory() == {"priority": 0, "locked_kb": 0}
 
 
 def test_a_simulator_in_lockstep_refuses_rt(raises: Raises) -> None:
@@ -103,6 +136,14 @@ def test_without_a_guardian_no_priority_is_taken(check_text: CheckText) -> None:
     with closing(_Closed(RealTimeTicks(notes.append, has_guardian=False))) as ticks:
         assert ticks.priorities is None
     check_text(notes[0])
+
+
+@linux
+def test_a_run_without_the_priority_has_a_note_of_its_own_type(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("robotcore.runtime.plan.load_backend", lambda _: LoggingBackend())
+    app = FunctionApp(lambda _: Status.SUCCESS)
+    result = run(RunRequest(app, "logging", options={"diary": str(tmp_path / "diary")}, has_real_time_priority=True))
+    assert NO_GUARDIAN in [note for note in result.notes if isinstance(note, RealTimeNote)]
 
 
 class _Closed:
@@ -201,6 +242,22 @@ def test_an_app_that_computes_without_end_loses_its_priority_and_the_watchdog_en
 
 
 @granted
+@may_lock
+@pytest.mark.slow
+def test_the_memory_of_the_guardian_of_a_run_with_real_time_priority_is_locked(hung: subprocess.Popen[str]) -> None:
+    assert hung.stdin
+    assert hung.stdout
+    hung.stdin.write("python\n")
+    hung.stdin.flush()
+    begin = json.loads(hung.stdout.readline())
+    (guardian,) = read_children(hung.pid)
+    hung.kill()
+    hung.communicate(timeout=60)  # until the guardian has ended too
+    shutil.rmtree(Path(begin["diary"]).parent)
+    assert int(guardian["VmLck"].removesuffix(" kB")) > 0
+
+
+@granted
 @pytest.mark.slow
 def test_an_app_that_blocks_the_interpreter_at_real_time_priority_is_killed_and_other_programs_run(
     hung: subprocess.Popen[str],
@@ -213,9 +270,6 @@ def test_an_app_that_blocks_the_interpreter_at_real_time_priority_is_killed_and_
     begin = json.loads(hung.stdout.readline())
     assert begin["event"] == "hangs"
     start = monotonic()
-    assert [each["VmLck"] != "0 kB" for each in read_children(hung.pid)] == [True], (
-        "the guardian's memory is not locked"
-    )
     waits = []
     while hung.poll() is None and monotonic() - start < 30:
         before = monotonic()

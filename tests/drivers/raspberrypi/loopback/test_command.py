@@ -25,6 +25,7 @@ from robotcore.errors import BackendError, BackendMissingError
 from robotcore.hal.loopback import LoopbackRequest
 from tests.drivers.raspberrypi.lines import END_S, ROOT, Lines
 from tests.drivers.raspberrypi.loopback.conftest import CONNECTED, WIRES
+from tests.robotcore.cli.json_keys import list_disagreements
 from tests.texts import CheckText, Raises
 
 PINS = [gpio for wire in WIRES for gpio in (wire.output, wire.input)]
@@ -120,13 +121,15 @@ def _take_terminal() -> None:
 def test_a_motor_off_the_ground_is_judged_by_the_person(launch: Launch, lines: Lines, tmp_path: Path) -> None:
     answers = ("wires=skip", "lift=ready", "direction=b", "stop=y", "deadman=s")
     options = [word for answer in answers for word in ("--answer", answer)]
-    program = launch(*options, "--robot", PLAIN, "--motor", "right_motor", "--report", str(tmp_path / "m.json"))
-    _, err = program.communicate(timeout=END_S)
+    options += ["--robot", PLAIN, "--motor", "right_motor", "--report", str(tmp_path / "m.json"), "--json"]
+    program = launch(*options)
+    out, err = program.communicate(timeout=END_S)
     found = read_verdicts(read(tmp_path / "m.json"))
     assert program.returncode == 1, err
     motor = {rule: found[rule] for rule in ("motor-direction", "motor-stop", "motor-deadman")}
     assert motor == {"motor-direction": "failed", "motor-stop": "passed", "motor-deadman": "passed"}
     assert [lines.level(gpio) for gpio in (23, 24)] == [0, 0]
+    assert list_disagreements("doctor with `--loopback`", json.loads(out)) == []
 
 
 @pytest.mark.slow

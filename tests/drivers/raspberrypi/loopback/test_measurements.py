@@ -1,15 +1,18 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+from contextlib import contextmanager, nullcontext
+from pathlib import Path
 from typing import Any
 from unittest.mock import Mock
 
 import pytest
 
-from drivers.raspberrypi.loopback import motor_off_ground
+from drivers.raspberrypi.loopback import motor_off_ground, ticks
 from drivers.raspberrypi.loopback.echoes import measure_echoes
 from drivers.raspberrypi.loopback.edges import StopTrial
 from drivers.raspberrypi.loopback.encoder_edges import measure_encoders
+from drivers.raspberrypi.loopback.motor_program import MotorProgramRequest
 from drivers.raspberrypi.loopback.outputs import measure_levels, measure_pwm
 from drivers.raspberrypi.loopback.percentiles import Percentiles
 from drivers.raspberrypi.loopback.raspberry_pi import PiLoopbackTest
@@ -139,13 +142,36 @@ def test_the_rules_that_a_failed_device_leaves_without_a_result_fail() -> None:
     assert [each.verdict for each in found] == [Verdict.PASSED, Verdict.FAILED, Verdict.FAILED]
 
 
+def test_a_rule_for_which_a_step_yields_no_result_fails() -> None:
+    request = LoopbackRequest(wires=((20, 21), (19, 26)))
+    (found,) = PiLoopbackTest(request, ())._measure_step(("a",), lambda: iter(()))
+    assert (found.rule, found.verdict) == ("a", Verdict.FAILED)
+    assert found.reason
+
+
+def test_ticks_without_the_wanted_priority_fail_with_the_notes_about_it(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    events = {
+        "ticks": {"times": [0.0, 0.05], "priority": 0, "locked_kb": 0},
+        "result": {"real_time_notes": ["--rt: refused. Raise the limit", "--rt: not locked"]},
+    }
+    program = Mock(await_event=lambda name, *_: events[name])
+    monkeypatch.setattr(ticks, "run_program", lambda _: nullcontext(program))
+    monkeypatch.setattr(ticks, "load_processors", lambda: nullcontext(0))
+    found = list(ticks.measure_ticks(WIRES, tmp_path, 1.0, str, is_real_time=True))
+    assert [each.rule for each in found] == list(ticks.RT_RULES)
+    assert {each.verdict for each in found} == {Verdict.FAILED}
+    assert {each.reason for each in found} == {"--rt: refused. Raise the limit. --rt: not locked"}
+
+
 @pytest.mark.parametrize(
     "is_running, result, verdict",
     [
         (True, None, Verdict.PASSED),
         (False, None, Verdict.FAILED),
         (False, {"exit_status": 3, "reason": "the board is gone"}, Verdict.FAILED),
-        (False, {"exit_status": 0, "reason": ""}, Verdict.SKIPPED),
+        (False, {"exit_status": 0, "reason": ""}, Verdict.FAILED),
     ],
 )
 def test_a_wheel_that_stands_still_counts_only_if_its_run_has_not_ended(
@@ -155,3 +181,42 @@ def test_a_wheel_that_stands_still_counts_only_if_its_run_has_not_ended(
     program = Mock(is_running=is_running, await_event=lambda name, *_: events[name], describe_failure=lambda: "killed")
     found = motor_off_ground._ask_during_run("motor-stop", "stop", program, Mock(choose=lambda *_: "y"))
     assert found.verdict is verdict
+
+
+class AnsweringPerson:
+    """A person who confirms everything, and answers each question as given."""
+
+    def __init__(self, **answers: str) -> None:
+        self._answers = answers
+
+    def confirm(self, _topic: str, _instruction: str) -> bool:
+        return True
+
+    def choose(self, topic: str, _question: str, _choices: Any) -> str:
+        return self._answers[topic]
+
+
+def test_after_a_failed_stop_the_motor_is_not_turned_again(monkeypatch: pytest.MonkeyPatch) -> None:
+    started = []
+
+    @contextmanager
+    def run(request: MotorProgramRequest) -> Iterator[Any]:
+        started.append(request.action)
+        yield Mock(await_event=lambda *_: {"exit_status": 0}, is_running=True)
+
+    monkeypatch.setattr(motor_off_ground, "run_program", run)
+    motor = Mock(max_velocity_rad_s=10.0)
+    motor.name = "left_motor"
+    person = AnsweringPerson(direction="f", stop="n", deadman="s")
+    found = [each.verdict.value for each in motor_off_ground.check_motor(motor, "rover", person, str)]
+    assert (started, found) == (["drive", "stop"], ["passed", "failed", "skipped"])
+
+
+def test_after_a_failed_stop_over_the_wires_no_motor_is_turned(monkeypatch: pytest.MonkeyPatch) -> None:
+    results = iter([RuleResult.fail("stop-sigkill", "the pin stayed high")])
+    test = PiLoopbackTest.__new__(PiLoopbackTest)
+    test.wires, test._motor, test._request = WIRES, Mock(), LoopbackRequest()
+    monkeypatch.setattr(PiLoopbackTest, "_measure_over_wires", lambda *_: results)
+    monkeypatch.setattr("drivers.raspberrypi.loopback.raspberry_pi.release_low", lambda _: None)
+    found = [(each.rule, each.verdict.value) for each in test.run(AnsweringPerson(), str)]
+    assert found[1:] == [(rule, "skipped") for rule in motor_off_ground.RULES]

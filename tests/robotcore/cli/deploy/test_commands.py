@@ -15,6 +15,7 @@ from robotcore.deploy.agent.releases import HEALTHY, HealthResult, Release
 from robotcore.deploy.progress import StepProgress
 from tests.robotcore.cli.conftest import Cli
 from tests.robotcore.cli.deploy.conftest import Deploy
+from tests.robotcore.cli.json_keys import list_disagreements
 from tests.robotcore.deploy.conftest import AddAction
 from tests.robotcore.deploy.sshd import Sshd
 from tests.texts import CheckText
@@ -157,7 +158,10 @@ def test_status_describes_the_state(
 
 def test_status_as_json_is_the_robots_answer(deploy: Deploy, add_action: AddAction) -> None:
     add_action("status", build_action(STATE))
-    assert deploy("status", "--json").json == {"host": "robot", **STATE, "exit_status": 0}
+    running = deploy("status", "--json").json
+    assert running == {"host": "robot", **STATE, "exit_status": 0}
+    add_action("status", build_action({**STATE, **EMPTY, "last": LAST}))
+    assert list_disagreements("deploy status", running, deploy("status", "--json").json) == []
 
 
 @pytest.mark.slow
@@ -179,7 +183,12 @@ def test_list_names_each_release_with_its_result_and_checks(deploy: Deploy, robo
     assert older.split()[:4] == [OLD, "current,", "healthy", "search.py"]
     assert "ann@desk" in older
     assert "tests: 12 passed" in older
-    assert [each["outcome"] for each in deploy("list", "--json").json["releases"]] == [None, "healthy"]
+    answer = deploy("list", "--json").json
+    assert [each["outcome"] for each in answer["releases"]] == [None, "healthy"]
+    (root / "releases" / NEW / "release.json").write_text("{")
+    damaged = deploy("list", "--json").json
+    assert damaged["releases"][0]["unreadable"]
+    assert list_disagreements("deploy list", answer, damaged) == []
 
 
 def test_start_and_stop_print_the_new_state(deploy: Deploy, add_action: AddAction, check_text: CheckText) -> None:
@@ -347,6 +356,7 @@ def test_fetch_as_json_sorts_the_files(deploy: Deploy, recordings: Path, tmp_pat
         "newest": str(tmp_path / f"{NEW}.mcap"),
         "exit_status": 1,
     }
+    assert list_disagreements("deploy fetch", result.json) == []
 
 
 @pytest.mark.usefixtures("recordings")

@@ -65,6 +65,9 @@ def test_the_report_has_versions_and_the_model() -> None:
         ("held by process 812 (secret_app)", "held by another program"),
         ("no permission for /dev/gpiochip0", "no permission for /dev/gpiochip0"),
         ("at 1000 edges/s, 3 / 4", "at 1000 edges/s, 3 / 4"),
+        ("the board /dev/serial/by-id/usb-Arduino_7503030373535140A1-if00", "the board …"),
+        ("serial 00000000a1b2c3d4 at 192.168.1.20, lgpio 0.2.2.0", "serial … at …, lgpio 0.2.2.0"),
+        ("/proc/812/fd and ~alice/robot", "… and …"),
         (f"on {platform.node()} for {getpass.getuser()}!", "on … for …!"),
     ],
 )
@@ -97,6 +100,35 @@ def test_a_file_that_is_no_report_is_an_error(tmp_path: Path, raises: Raises) ->
         format_row(tmp_path / "other.json")
 
 
+def test_a_rule_keeps_its_name_if_the_user_has_it(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("getpass.getuser", lambda: "stop")
+    assert build(FAILED).to_dict()["rules"][0]["rule"] == "stop-sigkill"
+
+
+def test_a_row_makes_neither_links_nor_mentions_of_a_strangers_texts(tmp_path: Path) -> None:
+    saved = build(PASSED).to_dict()
+    saved["board"]["model"], saved["os"] = "@someone #1 $x$ www.evil.example", "https://evil.example/x"
+    (tmp_path / "pi.json").write_text(json.dumps(saved))
+    row = format_row(tmp_path / "pi.json")
+    assert r"\@someone \#1 \$x\$ www\.evil.example" in row
+    assert r"https\://evil.example/x" in row
+
+
+@pytest.mark.parametrize(
+    "part",
+    [
+        {"format": True},
+        {"rules": [{"rule": "ticks-20hz", "verdict": "passed", "values": {"worst_ms": -1.0}}]},
+        {"rules": [{"rule": "ticks-20hz", "verdict": "passed"}] * 2},
+    ],
+    ids=["a boolean format", "a negative duration", "a rule twice"],
+)
+def test_a_report_with_an_impossible_value_is_refused(tmp_path: Path, part: dict[str, Any], raises: Raises) -> None:
+    (tmp_path / "pi.json").write_text(json.dumps({**build(PASSED).to_dict(), **part}))
+    with raises(UsageError, "no-report", file=str(tmp_path / "pi.json")):
+        format_row(tmp_path / "pi.json")
+
+
 def test_a_missing_file_is_an_error(tmp_path: Path, raises: Raises) -> None:
     with raises(UsageError, "unreadable-file"):
         format_row(tmp_path / "none.json")
@@ -109,8 +141,9 @@ def test_an_option_of_the_loopback_test_needs_it(cli: Cli, option: tuple[str, ..
     check_text(answer.err)
 
 
-def test_a_wire_is_two_gpios(cli: Cli, check_text: CheckText) -> None:
-    answer = cli("doctor", "--loopback", "--wire", "20-21")
+@pytest.mark.parametrize("wire", ["20-21", "9" * 5000 + ":21"], ids=["another sign", "a huge number"])
+def test_a_wire_is_two_gpios(cli: Cli, wire: str, check_text: CheckText) -> None:
+    answer = cli("doctor", "--loopback", "--wire", wire)
     assert answer.status == 2
     check_text(answer.err)
 
