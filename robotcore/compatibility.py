@@ -19,6 +19,10 @@ UPDATE = "Update robotcore"
 """The remedy for a file or a package of a newer robotcore."""
 
 
+MAX_RANGE = 100
+"""The maximum number of characters of a range. Python would refuse a number of thousands of digits."""
+
+
 class UnmetRange(NamedTuple):
     """A range of versions that this robotcore is not in."""
 
@@ -67,7 +71,7 @@ def check_range(needed: str) -> UnmetRange | None:
 
     needed: the range, such as ``>=0.2`` or ``>=0.2,<1``, in the syntax of pip.
 
-    Raises ValueError for a text that is no range.
+    Raises ValueError for a text that is no range, or that is longer than `MAX_RANGE`.
 
     >>> check_range(">=0.0.1")
     >>> check_range(">=1000").remedy
@@ -75,13 +79,15 @@ def check_range(needed: str) -> UnmetRange | None:
     """
     from packaging.specifiers import SpecifierSet
 
+    if len(needed) > MAX_RANGE:
+        raise ValueError(f"a range of versions has at most {MAX_RANGE} characters, and this one has {len(needed)}")
     return _compare(SpecifierSet(needed))
 
 
 def check_requirements(requirements: Iterable[str]) -> UnmetRange | None:
-    """Return the range of robotcore that a package requires if this robotcore is not in it, else None.
+    """Return the first range of robotcore that a package requires and this robotcore is not in, else None.
 
-    requirements: the requirements of the package, such as ``robotcore[sim]>=0.2``.
+    requirements: the requirements of the package, such as ``robotcore[sim]>=0.2``. All of them must be met.
     """
     from packaging.markers import UndefinedComparison, UndefinedEnvironmentName
     from packaging.requirements import Requirement
@@ -92,8 +98,9 @@ def check_requirements(requirements: Iterable[str]) -> UnmetRange | None:
             requirement = Requirement(text)
             if canonicalize_name(requirement.name) != PACKAGE:
                 continue
-            if requirement.marker is None or requirement.marker.evaluate({"extra": ""}):
-                return _compare(requirement.specifier)
+            is_active = requirement.marker is None or requirement.marker.evaluate({"extra": ""})
+            if is_active and (unmet := _compare(requirement.specifier)):
+                return unmet
         except (ValueError, UndefinedComparison, UndefinedEnvironmentName):  # old tools installed such metadata
             continue
     return None

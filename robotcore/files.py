@@ -111,8 +111,21 @@ def _build_unwritable_error(file: Path, error: OSError, label: str) -> UsageErro
     problem, remedy = error.strerror, "Name a file that you can write, on a disk with free space"
     if isinstance(error, FileNotFoundError):
         problem, remedy = f"there is no folder {file.parent}", "Make it, or name another file"
+        if is_working_folder_deleted(file):
+            problem, remedy = "the working folder has been deleted", "Change to another folder with cd"
     text = f"{label} {file}: {problem}. {remedy}"
     return UsageError(text.lstrip(), kind="file-not-writable", file=str(file))
+
+
+def is_working_folder_deleted(file: Path) -> bool:
+    """Return whether a path is relative to a working folder that has been deleted."""
+    if file.is_absolute():
+        return False
+    try:
+        Path.cwd()
+    except FileNotFoundError:
+        return True
+    return False
 
 
 def _make_part(file: Path) -> Path:

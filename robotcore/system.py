@@ -1,6 +1,7 @@
 """The kinds of operating system, and the error for a feature that this one cannot have.
 
-The other modules ask the two constants here, so that a search for them finds all that differs between systems.
+The other modules use the two constants here, and do not compare the system's name themselves. A module that needs one
+function or signal only may test whether Python has it.
 """
 
 from __future__ import annotations

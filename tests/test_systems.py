@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import ast
 import json
 import os
 import subprocess
@@ -34,6 +35,26 @@ TYPED_LINUX_ONLY = {
     "drivers/raspberrypi/": "uses the devices of Linux; elsewhere it raises an error before",
 }
 """The files that name what Windows lacks, with the reason why no other system comes to these lines."""
+
+NAMES_OF_SYSTEM = {"sys.platform", "os.name", "platform.system"}
+
+
+def _compares_system(node: ast.AST) -> bool:
+    """Return whether a node compares the name of the system, or asks for its beginning."""
+    is_method = isinstance(node, ast.Call) and isinstance(node.func, ast.Attribute) and node.func.attr == "startswith"
+    if not (isinstance(node, (ast.Compare, ast.Match)) or is_method):
+        return False
+    parts = node.subject if isinstance(node, ast.Match) else node
+    return any(ast.unparse(each) in NAMES_OF_SYSTEM for each in ast.walk(parts) if isinstance(each, ast.Attribute))
+
+
+def test_only_the_module_of_the_systems_compares_their_names() -> None:
+    files = (file for package in ("robotcore", "drivers", "apps") for file in (ROOT / package).rglob("*.py"))
+    sources = {file.relative_to(ROOT).as_posix(): file.read_text(encoding="utf-8") for file in files}
+    named = {file: text for file, text in sources.items() if any(name in text for name in NAMES_OF_SYSTEM)}
+    found = {file for file, text in named.items() if any(map(_compares_system, ast.walk(ast.parse(text))))}
+    assert found == {"robotcore/system.py"}
+
 
 IMPORT_ALL = """
 import importlib, json, pkgutil, runpy, sys

@@ -13,6 +13,7 @@ from types import ModuleType
 from typing import Any
 
 from robotcore.errors import BackendError, DeviceError, RobotcoreError
+from robotcore.system import HAS_POSIX, IS_LINUX
 
 ErrorFactory = Callable[[str], RobotcoreError]
 """Returns the error of robotcore for a text of Bullet."""
@@ -99,7 +100,7 @@ def _import_pybullet() -> ModuleType:
 
 def _require_screen() -> None:
     """Raise BackendError if there is no screen for a window. Bullet would end the whole process."""
-    if sys.platform.startswith("linux") and not os.environ.get("DISPLAY"):
+    if IS_LINUX and not os.environ.get("DISPLAY"):
         raise BackendError(
             "pybullet: there is no screen for a window. Leave --gui out, or set DISPLAY to a screen", kind="no-screen"
         )
@@ -127,5 +128,5 @@ def _redirect(descriptor: int, target: int) -> Iterator[None]:
 def _flush() -> None:
     sys.stdout.flush()
     sys.stderr.flush()
-    if sys.platform != "win32":
+    if HAS_POSIX:
         ctypes.CDLL(None).fflush(None)

@@ -13,7 +13,13 @@ import click
 from robotcore.cli.command_classes import AnsweringCommand
 from robotcore.cli.options import FolderType, parse_count, parse_names, parse_seconds, run_options
 from robotcore.cli.output import redirect_prints, write_line
-from robotcore.cli.output_files import require_junit_file, write_error_suite, write_error_suite_on_failure, write_junit
+from robotcore.cli.output_files import (
+    require_distinct_outputs,
+    require_junit_file,
+    write_error_suite,
+    write_error_suite_on_failure,
+    write_junit,
+)
 from robotcore.cli.sweep_output import show_resumed, show_sweep
 from robotcore.errors import BackendError, Interrupted, RobotcoreError, UsageError
 from robotcore.files import require_writable, save_output
@@ -138,7 +144,7 @@ def command(
     from robotcore.sweep.statistics import Requirement
 
     bounds = [Requirement.parse(text) for text in requirements]
-    _require_writable_outputs(report, junit, badge)
+    _require_writable_outputs(out, report, junit, badge)
     sweep = Sweep(_make_request(**values), backends, worlds, parse_seeds(seeds))
     engine = _make_engine(cluster, jobs, wall_timeout_s, backends)
     results = Results(sweep, out, deletes_old_results=fresh)
@@ -248,8 +254,10 @@ def _write_error_badge(badge: Path | None, app: str) -> None:
             save_output(draw_badge(build_error_text(app)), badge, BADGE)
 
 
-def _require_writable_outputs(report: Path | None, junit: Path | None, badge: Path | None) -> None:
-    """Raise UsageError, before a long sweep, if an output could not be written."""
+def _require_writable_outputs(out: Path | None, report: Path | None, junit: Path | None, badge: Path | None) -> None:
+    """Raise UsageError, before a long sweep, if an output could not be written. A report fits into the results."""
+    for folder in ({"out": out}, {"report": report}):
+        require_distinct_outputs(**folder, junit=junit, badge=badge)
     require_junit_file(junit)
     if badge:
         require_writable(badge, BADGE, ".svg")

@@ -9,8 +9,6 @@ from robotcore.description.validation import format_value
 from robotcore.errors import DescriptionError
 
 KEY = "robotcore"
-MAX_RANGE = 100
-"""The maximum number of characters of a range."""
 
 
 def require_version(file: str, table: dict[str, Any]) -> dict[str, Any]:
@@ -30,7 +28,7 @@ def require_version(file: str, table: dict[str, Any]) -> dict[str, Any]:
         return table
     needed = table[KEY]
     try:
-        unmet = check_range(needed if isinstance(needed, str) and 0 < len(needed.strip()) <= MAX_RANGE else "no range")
+        unmet = check_range(needed if isinstance(needed, str) and needed.strip() else "no range")
     except ValueError as error:
         problem = f"should be a range of versions, got {format_value(needed)}"
         raise DescriptionError(file, KEY, problem, 'Write a range such as ">=0.1"', kind="wrong-form") from error

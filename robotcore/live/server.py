@@ -301,5 +301,5 @@ def main(place: int | tuple[str, int]) -> None:
 
 def use_selectors() -> None:
     """Let asyncio accept connections by the methods of a `Listener`. On Windows, it would not by default."""
-    if sys.platform == "win32":
-        asyncio.set_event_loop_policy(asyncio.WindowsSelectorEventLoopPolicy())
+    if policy := getattr(asyncio, "WindowsSelectorEventLoopPolicy", None):  # Windows alone has it
+        asyncio.set_event_loop_policy(policy())

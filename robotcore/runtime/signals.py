@@ -50,7 +50,7 @@ def end_by_signal(number: int) -> NoReturn:
     (https://www.cons.org/cracauer/sigint.html). A shell reports the status 128 + ``number``, and `subprocess` reports
     ``-number``. On Windows the process exits with 128 + ``number``, because a signal does not end a process there.
     """
-    if os.name == "posix":
+    if HAS_POSIX:
         signal.signal(number, signal.SIG_DFL)
         signal.raise_signal(number)
     os._exit(128 + number)

@@ -18,6 +18,7 @@ from pathlib import Path
 from typing import Any
 
 from robotcore.errors import UsageError
+from robotcore.system import IS_LINUX
 from robotcore.threads import StoppingThread
 
 TICK_PRIORITY, STOP_PRIORITY = 20, 30
@@ -57,7 +58,7 @@ _OTHER_PYTHON = "Leave --rt out, or take the Python of Debian"
 
 def require_real_time() -> None:
     """Raise UsageError if this system, its Python or its C library has no real-time priorities."""
-    if not sys.platform.startswith("linux"):
+    if not IS_LINUX:
         text = f"--rt needs Linux, and this system is {sys.platform}. Leave --rt out"
     elif not hasattr(os, "sched_setscheduler"):
         text = f"--rt needs os.sched_setscheduler, and this Python lacks it. {_OTHER_PYTHON}"

@@ -82,6 +82,11 @@ def test_the_reporter_reads_the_files_of_the_script() -> None:
     assert read_step("Show the tests")["with"]["report_paths"] == "build/junit/*.xml"
 
 
+def test_gitlab_shows_its_own_badge_beside_that_of_the_sweep_because_an_artifact_is_of_a_job_that_passed() -> None:
+    (listing,) = (each.text for each in list_listings(PAGE) if "/-/jobs/artifacts/" in each.text)
+    assert "/badges/main/pipeline.svg" in listing
+
+
 @pytest.mark.skipif(not shutil.which("git"), reason="git is not installed")
 def test_the_step_puts_the_badge_on_a_branch_of_its_own_again_and_again(project: Path, tmp_path: Path) -> None:
     def type_lines(lines: str, folder: Path) -> str:

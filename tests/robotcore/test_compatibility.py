@@ -49,6 +49,11 @@ def test_a_text_that_is_no_range_raises_an_error(needed: str) -> None:
         check_range(needed)
 
 
+def test_a_range_with_a_number_of_thousands_of_digits_is_refused_by_its_length() -> None:
+    with pytest.raises(ValueError, match="a range of versions has at most 100 characters, and this one has 5002"):
+        check_range(">=" + "9" * 5000)
+
+
 @pytest.mark.parametrize(
     "requirements, needed",
     [
@@ -58,11 +63,14 @@ def test_a_text_that_is_no_range_raises_an_error(needed: str) -> None:
         (["robotcore>=9; extra == 'next'"], None),
         (["robotcore>=0.5; python_version >= '3'"], ">=0.5"),
         (["robotcore"], None),
+        (["robotcore>=0.1", "robotcore>=0.5"], ">=0.5"),
+        (["robotcore>=0.1", "robotcore[sim]<0.3; python_version >= '3'"], "<0.3"),
+        (["robotcore>=0.1", "robotcore>=0.2"], None),
         (["is this one?"], None),
         ([], None),
     ],
 )
-def test_the_range_of_a_package_is_that_of_its_requirement_of_robotcore(
+def test_the_range_of_a_package_is_that_of_its_requirements_of_robotcore(
     version: pytest.MonkeyPatch, requirements: list[str], needed: str | None
 ) -> None:
     unmet = check_requirements(requirements)

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import os
-import sys
 from collections.abc import Iterator
 
 from robotcore.description import RobotDescription, load_robot, load_world
@@ -11,6 +10,7 @@ from robotcore.errors import DescriptionError, DeviceGroupError, RobotcoreError
 from robotcore.hal.backend import Backend, Setup
 from robotcore.hal.check_finding import Finding, Level
 from robotcore.hal.robot import Robot, Role
+from robotcore.system import IS_LINUX
 
 ROBOT, WORLD = "rover", "open"
 TEST_S = 0.25
@@ -112,7 +112,7 @@ def _drive(name: str, robot: Robot) -> Finding:
 
 def _check_display(name: str) -> Finding:
     """Return whether a window can open. Only Linux shows this beforehand, by the variable DISPLAY."""
-    if not sys.platform.startswith("linux"):
+    if not IS_LINUX:
         return Finding.ok("display", f"--backend {name} --gui opens its window", kind="display")
     if display := os.environ.get("DISPLAY"):
         return Finding.ok(

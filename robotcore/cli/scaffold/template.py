@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import errno
 import os
 import re
 import sys
@@ -15,8 +16,10 @@ from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import TYPE_CHECKING
 
+from robotcore.cli.scaffold.names import describe_reserved_use, require_valid_name, spell_name
 from robotcore.compatibility import format_minimum
 from robotcore.errors import UsageError
+from robotcore.files import is_working_folder_deleted
 
 if TYPE_CHECKING:
     if sys.version_info >= (3, 11):
@@ -62,7 +65,7 @@ class Template:
 
     def rename_text(self, text: str, name: str) -> str:
         """Return a text of the template with the new name, and with the installed version of robotcore."""
-        words = dict(zip(_spellings(self.own_name), _spellings(name), strict=True))
+        words = dict(zip(spell_name(self.own_name), spell_name(name), strict=True))
         words[TEMPLATE_MINIMUM] = format_minimum()
         return re.sub("|".join(map(re.escape, words)), lambda found: words[found[0]], text)
 
@@ -74,11 +77,11 @@ class Template:
     def reserved_names(self) -> set[str]:
         """The names that a new project cannot have, because other files of the template have them."""
         stems = (each.name.partition(".")[0] for each in self.entries(self.root))
-        return {stem for stem in stems if stem not in _spellings(self.own_name)}
+        return {stem for stem in stems if stem not in spell_name(self.own_name)}
 
     def uses_class_name(self, name: str) -> bool:
         """Return whether the class of a new project would have the name of another thing in the template's modules."""
-        own, new = _spellings(self.own_name)[-1], _spellings(name)[-1]
+        own, new = spell_name(self.own_name)[-1], spell_name(name)[-1]
         modules = (each.read_text(encoding="utf-8") for each in self.entries(self.root) if each.name.endswith(".py"))
         words = {word for module in modules for word in re.findall(r"\w+", module)}
         return own in words and (new in words or iskeyword(new))
@@ -120,59 +123,36 @@ KIND = Template(
 """The template of a package with a kind of device, an app and its test."""
 
 
-def _spellings(name: str) -> tuple[str, str, str]:
-    """Return a project's name and the names of its module and its class."""
-    return name, name.replace("-", "_"), "".join(part.capitalize() for part in re.split("[-_]", name))
-
-
-NAME = re.compile(r"[a-z][a-z0-9]*(?:[-_][a-z0-9]+)*")
-"""Matches a name that is valid for a package, a module and a robot."""
-
-
-WINDOWS_NAMES = frozenset(
-    ["con", "prn", "aux", "nul", *(f"{port}{number}" for port in ("com", "lpt") for number in range(10))]
-)
-"""Names that no file on Windows can have. Source: Microsoft, "Naming Files, Paths, and Namespaces"."""
-
-
 def require_free(template: Template, folder: Path) -> None:
     """Raise UsageError if the project ``folder`` cannot be created.
 
     The folder must not exist, its parent must exist, and its name must be valid and free.
     """
     name = folder.name
+    if name in ("", ".."):
+        text = f"{str(folder)!r} does not end with a name for the project. Name a new folder, such as my-robot"
+        raise UsageError(text, kind="invalid-project-name", name="", meant="my-robot")
     if os.path.lexists(folder):
         text = f"{folder} exists already, and was not changed. Choose another name, or move {folder}"
         raise UsageError(text, kind="folder-exists")
     if not os.path.isdir(folder.parent):  # noqa: PTH112  it takes any name, however long
+        if is_working_folder_deleted(folder):
+            raise _build_working_folder_error(folder)
         raise UsageError(f"{folder.parent} is not a folder. Create it first", kind="no-such-folder")
-    if not NAME.fullmatch(name):
-        meant = _suggest_name(name)
-        raise UsageError(
-            f"{name!r} is not a valid name for a project. Use lower-case letters and digits, with single - or _ "
-            f"between them, and begin with a letter{f', such as {meant}' if meant else ''}",
-            kind="invalid-project-name",
-            name=name,
-            meant=meant,
-        )
+    require_valid_name(name)
     if use := _describe_use(template, name):
         text = f"{name!r} is {use}. Choose another name, such as {name}-{template.folder}"
         raise UsageError(text, kind="project-name-in-use", name=name, use=use)
 
 
-def _suggest_name(name: str) -> str:
-    meant = re.sub(r"[^a-z0-9]+", "-", name.lower()).strip("-")
-    return meant if NAME.fullmatch(meant) else ""
-
-
 def _describe_use(template: Template, name: str) -> str:
     module = name.replace("-", "_")
-    if iskeyword(module) or module in WINDOWS_NAMES:
-        return "a keyword of Python" if iskeyword(module) else "a name that Windows reserves for a device"
+    if use := describe_reserved_use(module):
+        return use
     if module in template.reserved_names:
         return "the name of a file in every new project"
     if template.uses_class_name(name):
-        return f"a name whose class {_spellings(name)[-1]} would hide another one"
+        return f"a name whose class {spell_name(name)[-1]} would hide another one"
     if module in sys.stdlib_module_names or find_spec(module):
         return "the name of an installed Python module"
     from robotcore.plugins import kind_names
@@ -191,6 +171,20 @@ def _use_as_backend(name: str) -> str:
     return "a key of every robot's file" if name in RobotDescription.model_fields else ""
 
 
+_FREE_SPACE = "Free some space, or choose another folder"
+
+REMEDIES = {
+    errno.ENOSPC: _FREE_SPACE,
+    errno.EDQUOT: _FREE_SPACE,
+    errno.EFBIG: _FREE_SPACE,
+    errno.EACCES: "Choose a folder that you can write",
+    errno.EPERM: "Choose a folder that you can write",
+    errno.EROFS: "Choose a folder that you can write",
+    errno.ENAMETOOLONG: "Choose a folder with a shorter path",
+}
+"""The remedy for each error of the system that prevents a new project."""
+
+
 def make(template: Template, folder: Path) -> None:
     """Create a project from a template.
 
@@ -207,10 +201,16 @@ def make(template: Template, folder: Path) -> None:
             _copy(template, template.root, made, folder.name)
             made.rename(folder)
     except OSError as error:
-        raise UsageError(
-            f"{folder} cannot be created: {error.strerror}. Free some space, or choose another folder",
-            kind="folder-unwritable",
-        ) from error
+        if is_working_folder_deleted(folder):
+            raise _build_working_folder_error(folder) from error
+        remedy = REMEDIES.get(error.errno or 0, "Choose another folder")
+        text = f"{folder} cannot be created: {error.strerror}. {remedy}"
+        raise UsageError(text, kind="folder-unwritable") from error
+
+
+def _build_working_folder_error(folder: Path) -> UsageError:
+    text = f"{folder} cannot be created: the working folder has been deleted. Change to another folder with cd"
+    return UsageError(text, kind="folder-unwritable")
 
 
 def _copy(template: Template, source: Traversable, target: Path, name: str) -> None:

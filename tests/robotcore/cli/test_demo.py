@@ -50,3 +50,16 @@ def test_finds_the_ball_and_draws_a_picture(
     assert execute(["demo", "--picture", str(picture)]) == 0
     assert picture.stat().st_size > 10_000
     assert "\n$ robotcore run green-search --backend kinematic --seed 7 " in capfd.readouterr().out
+
+
+@pytest.mark.posix("Windows keeps a working folder")
+def test_a_deleted_working_folder_is_named_with_the_remedy(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capfd: pytest.CaptureFixture[str], check_text: CheckText
+) -> None:
+    for simulator in (PyBulletBackend, MujocoBackend):
+        monkeypatch.setattr(simulator, "is_installed", False)
+    (tmp_path / "deleted").mkdir()
+    monkeypatch.chdir(tmp_path / "deleted")
+    (tmp_path / "deleted").rmdir()
+    assert execute(["demo"]) == 2
+    check_text(capfd.readouterr().err)

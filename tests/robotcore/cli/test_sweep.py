@@ -247,6 +247,32 @@ def test_a_disk_that_fills_during_the_runs_is_reported_after_the_results(
     check_text(done.err)
 
 
+@pytest.mark.parametrize(
+    "options",
+    [
+        ("--report", "r.xml", "--junit", "r.xml"),
+        ("--out", "r.xml", "--junit", "sub/../r.xml"),
+        ("--report", "r.svg", "--badge", "r.svg"),
+        ("--out", "r.svg", "--badge", "r.svg"),
+    ],
+    ids=["report-junit", "out-junit", "report-badge", "out-badge"],
+)
+def test_equal_outputs_are_refused_before_the_sweep(
+    cli: Cli, requests: list[RunRequest], options: tuple[str, ...], check_text: CheckText
+) -> None:
+    Path("sub").mkdir()
+    done = cli(*SHORT, *options, "--json")
+    assert (done.status, done.json["kind"], requests) == (2, "same-output", [])
+    assert [each.name for each in Path().iterdir()] == ["sub"]
+    check_text(done.err)
+
+
+@pytest.mark.slow
+def test_the_report_may_be_in_the_folder_of_the_results(cli: Cli, requests: list[RunRequest]) -> None:
+    assert cli(*SHORT, "--seeds", "1", "--out", "here", "--report", "here").status == 0
+    assert {"results.jsonl", "index.html"} <= {each.name for each in Path("here").iterdir()}
+
+
 def test_a_report_into_an_impossible_folder_is_refused_before_the_sweep(
     cli: Cli, requests: list[RunRequest], check_text: CheckText
 ) -> None:

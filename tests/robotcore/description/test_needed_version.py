@@ -33,7 +33,9 @@ def test_a_file_for_a_newer_version_is_refused_before_its_other_keys(
         load(str(file))
 
 
-@pytest.mark.parametrize("value", ["0.2", '"newest"', '["0.2"]', "true", '"0.2"', '" "', f'">=0.1{",>=0.1" * 30}"'])
+@pytest.mark.parametrize(
+    "value", ["0.2", '"newest"', '["0.2"]', "true", '"0.2"', '" "', f'">=0.1{",>=0.1" * 30}"', f'">={"9" * 5000}"']
+)
 def test_a_value_that_is_no_range_is_refused(tmp_path: Path, value: str, raises: Raises) -> None:
     file = tmp_path / "my.toml"
     file.write_text(f"robotcore = {value}\n{ROVER}", encoding="utf-8")

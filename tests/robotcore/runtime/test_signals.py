@@ -16,6 +16,7 @@ from robotcore.errors import Interrupted
 from robotcore.hal.robot import Robot
 from robotcore.runtime import signals
 from robotcore.runtime.signals import END_SIGNALS, LAST_SIGNAL, WATCHDOG_SIGNAL, SignalGuard, WatchdogInterrupt
+from robotcore.system import HAS_POSIX
 from tests.robotcore.fakes import FunctionApp
 from tests.robotcore.runs import Runner
 
@@ -247,7 +248,8 @@ class TestSignalGuard:
 def test_process_dies_of_the_signal_despite_a_handler(number: signal.Signals) -> None:
     handle = f"import signal; signal.signal({number}, lambda *_: print('heard'))"
     code = f"{handle}; from robotcore.runtime.signals import end_by_signal; end_by_signal({number})"
-    assert subprocess.run([sys.executable, "-c", code], check=False).returncode == -number
+    status = -number if HAS_POSIX else 128 + number
+    assert subprocess.run([sys.executable, "-c", code], check=False).returncode == status
 
 
 Starter = Callable[..., subprocess.Popen[str]]

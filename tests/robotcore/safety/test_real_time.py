@@ -63,8 +63,12 @@ granted = pytest.mark.skipif(not _is_granted(), reason="this user has no real-ti
 
 def test_another_system_than_linux_is_a_usage_error(monkeypatch: pytest.MonkeyPatch, raises: Raises) -> None:
     monkeypatch.setattr("sys.platform", "darwin")
-    with raises(UsageError, "no-real-time", system="darwin"):
+    monkeypatch.setattr(real_time, "IS_LINUX", False)
+    with raises(UsageError, "no-real-time", system="darwin") as raised:
         require_real_time()
+    page = " ".join((ROOT / "docs" / "systems.md").read_text(encoding="utf-8").split())
+    assert isinstance(raised.value, UsageError)
+    assert f"a `UsageError` with the kind `no-real-time` and exit status {raised.value.exit_status}" in page
 
 
 @linux

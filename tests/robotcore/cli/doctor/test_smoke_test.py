@@ -116,7 +116,7 @@ def test_a_robot_without_a_section_is_an_error_that_names_no_check_that_passes(c
 
 @pytest.mark.parametrize("display, level", [(":0", Level.OK), ("", Level.WARNING)])
 def test_a_window_needs_a_display(monkeypatch: pytest.MonkeyPatch, display: str, level: Level) -> None:
-    monkeypatch.setattr("sys.platform", "linux")
+    monkeypatch.setattr("robotcore.cli.doctor.smoke_test.IS_LINUX", True)
     monkeypatch.setenv("DISPLAY", display)
     monkeypatch.setattr("drivers.kinematic.backend.KinematicBackend.has_gui", True)
     assert [each.level for each in diagnose_all(load_backend("kinematic")) if each.subject == "display"] == [level]

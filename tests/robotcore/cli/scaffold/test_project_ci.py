@@ -176,6 +176,18 @@ def test_a_damaged_recording_fails_with_a_case(project: Path) -> None:
     assert list_problems(project / "build" / "junit" / "replay-new.xml") == []
 
 
+@pytest.mark.slow
+def test_a_kept_recording_that_is_a_dangling_link_fails_and_the_case_of_a_deleted_one_is_removed(project: Path) -> None:
+    (project / "recordings" / "lost.mcap").symlink_to("nowhere.mcap")
+    stale = project / "build" / "junit" / "replay-kept-deleted.xml"
+    stale.parent.mkdir(parents=True)
+    stale.write_text("<testsuites/>")
+    ran = type_line(project, "sh ci.sh replay")
+    assert ran.stderr.endswith("These replays have failed: recordings/lost.mcap\n")
+    assert not stale.exists()
+    assert [tag for tag, _ in list_problems(stale.with_name("replay-kept-lost.xml"))] == ["error"]
+
+
 def test_an_unknown_check_is_refused_with_the_names_of_all(project: Path) -> None:
     ran = type_line(project, "sh ci.sh swep")
     assert ran.returncode == 2

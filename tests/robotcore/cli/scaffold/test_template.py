@@ -1,5 +1,6 @@
 from __future__ import annotations
 
+import errno
 import os
 import signal
 import subprocess
@@ -10,6 +11,8 @@ import pytest
 
 from robotcore.cli.main import execute
 from robotcore.cli.scaffold import DRIVER, KIND, PROJECT, Template, make, require_free
+from robotcore.cli.scaffold import template as module
+from robotcore.description import load_robot
 from robotcore.errors import UsageError
 from tests.robotcore.cli.scaffold.test_first_commands import HOME
 from tests.texts import CheckText, Raises
@@ -40,6 +43,34 @@ def test_suggests_a_valid_name(name: str, meant: str, tmp_path: Path, raises: Ra
 def test_refuses_a_name_that_is_invalid_for_a_module(name: str, tmp_path: Path, raises: Raises) -> None:
     with raises(UsageError, "invalid-project-name", name=name):
         require_free(PROJECT, tmp_path / name)
+
+
+@pytest.mark.parametrize("template", [PROJECT, DRIVER, KIND], ids=lambda each: each.folder)
+def test_refuses_a_name_that_is_too_long_for_a_robot(template: Template, tmp_path: Path, raises: Raises) -> None:
+    with raises(UsageError, "invalid-project-name", name="a" * 65, meant=""):
+        require_free(template, tmp_path / ("a" * 65))
+
+
+def test_the_robot_of_a_project_with_the_longest_name_is_valid(tmp_path: Path) -> None:
+    make(PROJECT, tmp_path / ("a" * 64))
+    assert load_robot(str(tmp_path / ("a" * 64) / f"{'a' * 64}.toml")).name == "a" * 64
+
+
+@pytest.mark.parametrize("folder", ["", ".", "..", "/"])
+def test_refuses_a_path_without_a_name(folder: str, check_text: CheckText) -> None:
+    with pytest.raises(UsageError) as raised:
+        require_free(PROJECT, Path(folder))
+    assert raised.value.kind == "invalid-project-name"
+    check_text(str(raised.value))
+
+
+@pytest.mark.parametrize("name", ["pytest", "ruff", "tox", "uv", "conftest", "setup"])
+def test_refuses_the_name_of_a_tools_configuration_also_if_the_tool_is_not_installed(
+    name: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, raises: Raises
+) -> None:
+    monkeypatch.setattr(module, "find_spec", lambda _: None)
+    with raises(UsageError, "project-name-in-use", name=name, use="the name of a tool's configuration file"):
+        require_free(KIND, tmp_path / name)
 
 
 @pytest.mark.parametrize("name", ["class", "test", "numpy", "con", "com1", "robotcore", "drivers", "room", "search"])
@@ -148,3 +179,36 @@ def test_nothing_is_left_if_the_files_cannot_be_written(tmp_path: Path, check_te
     assert ended.returncode == 2
     check_text(ended.stderr)
     assert not any(tmp_path.iterdir())
+
+
+@pytest.mark.parametrize(
+    "number", [errno.ENOSPC, errno.EACCES, errno.ENAMETOOLONG, errno.EIO], ids=errno.errorcode.__getitem__
+)
+def test_the_remedy_fits_the_error_of_the_system(
+    number: int, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, check_text: CheckText
+) -> None:
+    def fail(*_: object) -> None:
+        raise OSError(number, "it fails")
+
+    monkeypatch.setattr(module, "_copy", fail)
+    with pytest.raises(UsageError) as raised:
+        make(PROJECT, tmp_path / "scout")
+    check_text(str(raised.value))
+
+
+@pytest.mark.posix("Windows keeps a working folder")
+@pytest.mark.parametrize("folder", ["scout", "sub/scout"])
+def test_the_remedy_in_a_deleted_working_folder_is_another_folder(
+    folder: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, check_text: CheckText
+) -> None:
+    enter_deleted_folder(tmp_path, monkeypatch)
+    with pytest.raises(UsageError) as raised:
+        make(PROJECT, Path(folder))
+    assert raised.value.kind == "folder-unwritable"
+    check_text(str(raised.value))
+
+
+def enter_deleted_folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    (tmp_path / "deleted").mkdir()
+    monkeypatch.chdir(tmp_path / "deleted")
+    (tmp_path / "deleted").rmdir()
