@@ -221,10 +221,11 @@ def _build_info_answer(recording: Recording, file: Path) -> dict[str, Any]:
     file: text; the file of the recording.
     bytes: whole number, bytes; the size of the file.
     *: robotcore.recording.summary.summarise_contents
+    exit_status: whole number; the exit status of the program.
     """
     from robotcore.recording.summary import summarise_contents
 
-    return {"file": str(file), "bytes": file.stat().st_size, **summarise_contents(recording)}
+    return {"file": str(file), "bytes": file.stat().st_size, **summarise_contents(recording), "exit_status": 0}
 
 
 def _build_replay_answer(file: Path, result: ReplayResult) -> dict[str, Any]:

@@ -86,7 +86,7 @@ def _build_answer(
     app: text; the name of the app, or its file.
     judge: text or null; the app that verifies the runs.
     backends: list of text; the names of the backends.
-    worlds: list of text; the names of the worlds.
+    worlds: list of text; the names or files of the worlds, as given.
     seeds: text; the seeds, such as ``1-20``.
     directory: text; the folder of the results.
     runs: whole number; the number of all runs.

@@ -104,7 +104,7 @@ class RunSummary:
         final_odometry: list of three numbers, m, m, rad, or null; the last pose by odometry.
         final_truth: list of three numbers, m, m, rad, or null; the last true pose.
         drift_m: number or null, m; the distance between the last pose by odometry and the true one.
-        interventions: whole number; the number of commands that the safety stage changed.
+        interventions: whole number; the number of times that a rule of the safety stage changed a command.
         rate_hz: number or null, Hz; the number of ticks per second.
         overruns: whole number; the number of ticks that took longer than their period.
         batteries: object; for each battery the lowest and the last voltage in V, ``lowest_v`` and ``last_v``.
