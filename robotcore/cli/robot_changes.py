@@ -59,6 +59,11 @@ class RobotChanges:
             edit(self._editor)
         _merge(self._values.setdefault(table, {}), values)
 
+    @property
+    def changed_devices(self) -> set[str]:
+        """The names of the devices whose tables change."""
+        return {table.partition(".")[2] for table in self._values} - {""}
+
     def refuse(self, reason: str) -> None:
         """Show the changes, but do not write them.
 

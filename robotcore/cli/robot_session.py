@@ -266,6 +266,9 @@ class RobotSession:
 
         Raises the error that has ended `measure`, also if a file cannot be written.
         """
+        if stand_ins := self.changes.changed_devices & {*self.backend.list_stand_ins(self.description)}:
+            text = f"{self.backend.name} does not run the driver of {', '.join(sorted(stand_ins))}, and has measured"
+            self.changes.refuse(f"{text} a device of its own")
         self._try(partial(self.changes.finish, self.backend))
         has_plot = self._try(partial(self._save_charts, subject))
         status = find_status()

@@ -226,6 +226,13 @@ class Backend(ABC):
         """
         return ()
 
+    def list_stand_ins(self, robot: RobotDescription) -> Sequence[str]:
+        """Return the names of the devices whose drivers do not run on this backend, so that others stand in for them.
+
+        What is measured with such a device says nothing about the robot of the file.
+        """
+        return ()
+
     def examine(self, robot: RobotDescription | None) -> Iterable[Finding]:
         """Yield findings about this machine for `robotcore doctor`, and about the robot if there is one.
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import random
-from collections.abc import Callable, Iterable, Iterator, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from contextlib import ExitStack
 from dataclasses import replace
 from typing import Annotated, Any
@@ -103,6 +103,14 @@ class VirtualPiBackend(RaspberryPiBackend):
                 if not isinstance(binding.driver, SIMULATED_DRIVERS)
             ),
         ]
+
+    def list_stand_ins(self, robot: RobotDescription) -> Sequence[str]:
+        from drivers.raspberrypi.virtual.models import SIMULATED_DRIVERS, find_unmodelled
+
+        bindings = [
+            each for each in find_unmodelled(self.bind(robot)) if not isinstance(each.driver, SIMULATED_DRIVERS)
+        ]
+        return [each.name for each in (*self._find_driverless(robot), *bindings)]
 
     def examine(self, robot: RobotDescription | None) -> Iterator[Finding]:
         """Yield a finding that lists the devices that the simulator's own devices replace, if there are any."""

@@ -39,6 +39,13 @@ SLOW_LEFT_MOTOR: Changes = (
         'name = "left_motor"\nmax_velocity_rad_s = 12.0\nlag_s = 0.15',
     ),
 )
+ARDUINO_MOTORS: Changes = tuple(
+    (
+        f'driver = "h-bridge"\nforward = {forward}\nbackward = {backward}\nstandby = 22\nmodel = {MODEL}\n',
+        f'driver = "ros-arduino-motor"\nport = "/dev/ttyACM0"\nside = "{side}"\nmodel = {MODEL}\n',
+    )
+    for side, forward, backward in (("left", 17, 27), ("right", 23, 24))
+)
 NO_ENCODERS: Changes = tuple(
     change
     for side, pins in (("left", "a = 5\nb = 6"), ("right", "a = 20\nb = 21"))

@@ -11,8 +11,10 @@ from robotcore.calibration.calibrated_robot import CalibratedRobot
 from robotcore.calibration.excitation import ExcitationLog
 from robotcore.description import load_robot
 from tests.robotcore.cli.calibrate.robots import (
+    ARDUINO_MOTORS,
     DEAD_ENCODER,
     IMU,
+    NO_ENCODERS,
     OTHER_MOTORS,
     REVERSED_ENCODER,
     SLOW_LEFT_MOTOR,
@@ -87,6 +89,16 @@ def test_a_tape_measure_gives_all_but_the_lag(cli: Cli, tmp_path: Path) -> None:
         assert found["forward_rad_s"]["value"] == pytest.approx(forward, rel=0.01)
         assert found["backward_rad_s"]["value"] == pytest.approx(backward, rel=0.01)
         assert "lag_s" not in found
+
+
+def test_a_stand_in_for_a_board_corrects_no_file(cli: Cli, tmp_path: Path) -> None:
+    """The simulator's own motor has no dead band, so its model is not that of the file."""
+    own = write_robot(tmp_path, "own", *ARDUINO_MOTORS, *NO_ENCODERS)
+    before = Path(own).read_text()
+    answer = calibrate(cli, own, None, "--write", "--json")
+    assert not answer.json["is_written"]
+    assert Path(own).read_text() == before
+    assert "stays as it is: virtualpi does not run the driver of left_motor, right_motor" in calibrate(cli, own).out
 
 
 def test_without_write_the_file_stays_and_the_answer_has_the_diff(cli: Cli, tmp_path: Path) -> None:
