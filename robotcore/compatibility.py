@@ -19,7 +19,7 @@ UPDATE = "Update robotcore"
 """The remedy for a file or a package of a newer robotcore."""
 
 
-MAX_RANGE = 100
+MAX_RANGE_LENGTH = 100
 """The maximum number of characters of a range. Python would refuse a number of thousands of digits."""
 
 
@@ -71,7 +71,7 @@ def check_range(needed: str) -> UnmetRange | None:
 
     needed: the range, such as ``>=0.2`` or ``>=0.2,<1``, in the syntax of pip.
 
-    Raises ValueError for a text that is no range, or that is longer than `MAX_RANGE`.
+    Raises ValueError for a text that is no range, or that is longer than `MAX_RANGE_LENGTH`.
 
     >>> check_range(">=0.0.1")
     >>> check_range(">=1000").remedy
@@ -79,8 +79,10 @@ def check_range(needed: str) -> UnmetRange | None:
     """
     from packaging.specifiers import SpecifierSet
 
-    if len(needed) > MAX_RANGE:
-        raise ValueError(f"a range of versions has at most {MAX_RANGE} characters, and this one has {len(needed)}")
+    if len(needed) > MAX_RANGE_LENGTH:
+        raise ValueError(
+            f"a range of versions has at most {MAX_RANGE_LENGTH} characters, and this one has {len(needed)}"
+        )
     return _compare(SpecifierSet(needed))
 
 

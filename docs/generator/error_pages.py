@@ -19,9 +19,6 @@ else:
     import tomli as tomllib
 
 NOTES = Path(__file__).with_name("error_notes.toml")
-MAX_SUMMARY = 120
-"""The greatest number of characters of a message in the index."""
-
 MAX_MESSAGES = 5
 """The greatest number of messages on a page."""
 
@@ -82,7 +79,7 @@ def _format_index(catalogue: dict[str, Entry]) -> str:
     return f"""\
 # Errors
 
-Each error has an identifier, its `kind`. The commands that have `--json`, such as `run`, print it as the key `kind`.
+Each error has an identifier, its `kind`. Most commands with `--json`, such as `run`, print it as the key `kind`.
 In Python, it is the attribute `kind` of the exception. A script should compare it, because messages change.
 
 To find an error by its message, search this page for a part of the message without names and numbers. An upper-case
@@ -105,7 +102,11 @@ def _format_page(entry: Entry) -> str:
         parts += ["---"]
     parts.pop()
     if messages := _list_messages(entry):
-        parts += ["## Message", "An upper-case word or … stands for a value.", *map(_fence, messages)]
+        parts += [
+            "## Message",
+            "An upper-case word or … stands for a value. A message of a run has the values themselves.",
+            *map(_fence, messages),
+        ]
     if entry.modules:
         parts += [f"Raised by {', '.join(f'`{module}`' for module in sorted(entry.modules))}."]
     return "\n\n".join(parts) + "\n"
@@ -115,7 +116,7 @@ def _list_messages(entry: Entry) -> list[str]:
     """Return the messages of an error: one of a real run first, if there is one, then those of the source."""
     found = [". ".join(filter(None, each)) for each in entry.messages if error_catalogue.has_words(each.problem)]
     real = [read_notes()[entry.kind]["message"]] if "message" in read_notes().get(entry.kind, {}) else entry.examples
-    return [*real[:1], *found[:MAX_MESSAGES]]
+    return list(dict.fromkeys([*real[:1], *found]))[:MAX_MESSAGES]
 
 
 def _describe_owner(name: str) -> str:
@@ -135,7 +136,7 @@ def _make_sentence(text: str) -> str:
 
 def _summarize(entry: Entry) -> str:
     texts = _list_messages(entry) or [explain(entry)[0].problem]
-    return "<br>".join(_escape(text if len(text) <= MAX_SUMMARY else f"{text[:MAX_SUMMARY]}…") for text in texts)
+    return "<br>".join(map(_escape, texts))
 
 
 def _escape(text: str) -> str:

@@ -1,10 +1,10 @@
 """Tables of the keys that a command with ``--json`` prints.
 
-A key stands in one place: below the field of a dataclass or model, or in the docstring of the function that builds the
-dict. There the paragraph after a line that ends with ``keys:`` has a line ``KEY: VALUE; MEANING.`` for each key.
-``devices[].name`` is a key of the objects in a list, and ``motors.MOTOR.lag_s`` one in an object by names. The line
-``devices[].*: module.Name`` stands for all keys of another class or function, but for that after ``without``. A meaning
-with the word "Only" belongs to a key that is not always there.
+A key is documented in one place: below the field of a dataclass or model, or in the docstring of the function that
+builds the dict. In a docstring, the paragraph after a line that ends with ``keys:`` has a line ``KEY: VALUE; MEANING.``
+for each key. ``devices[].name`` is a key of each object in a list. ``motors.MOTOR.lag_s`` is a key of each object in an
+object whose keys are names. The line ``devices[].*: module.Name`` stands for all keys of another class or function;
+``without KEY`` leaves one out. The meaning of a key that some answers lack contains the word "Only".
 """
 
 from __future__ import annotations
@@ -39,7 +39,7 @@ SOURCES = {
     "kinds": "robotcore.cli.lists._kind_row",
     "robots": "robotcore.cli.lists._robot_row",
     "worlds": "robotcore.cli.lists._world_row",
-    "wiring": "robotcore.cli.wiring._build_payload",
+    "wiring": "robotcore.cli.wiring._build_answer",
     "calibrate motors": "robotcore.cli.calibrate.motors._build_answer",
     "calibrate drive": "robotcore.cli.calibrate.drive._build_answer",
     "calibrate camera": "robotcore.cli.calibrate.camera_parts.CameraParts.to_dict",
@@ -74,7 +74,7 @@ class Key(NamedTuple):
 
     @property
     def is_optional(self) -> bool:
-        """Whether the key is not in each answer."""
+        """Whether some answers lack the key."""
         return "Only " in self.meaning
 
 
@@ -89,7 +89,7 @@ def format_json_section(words: str, command: click.Command) -> Iterator[str]:
     words: the words of the command after ``robotcore``.
     """
     form = "a list of objects" if words in LIST_COMMANDS else "an object"
-    yield f"With `--json`, the command prints {form} with these keys in one line. {_explain_keys(words, command)}"
+    yield f"With `--json`, the command prints one line: {form} with these keys. {_explain_keys(words, command)}"
     yield _format_keys(find_keys(words, command))
     for more in (each for each in SOURCES if each.startswith(f"{words}{VARIANT}")):
         yield f"With {more.partition(VARIANT)[2]}, the keys are:"
@@ -100,15 +100,15 @@ def _explain_keys(words: str, command: click.Command) -> str:
     """Return sentences about the answer after an error, and about the parts of keys that are no names."""
     is_answering = isinstance(command, AnsweringCommand)
     sentences = [
-        "If an error ends the command before it has a result, the object has `error` and `kind`, and may lack others."
+        "After an error without a result, the object has `error` and `kind`, and may lack other keys."
         if is_answering
-        else ""
+        else "If an error ends the command, it prints no JSON."
     ]
     variants = [each for each in SOURCES if each.partition(VARIANT)[0] == words]
     parts = [part for each in variants for key in find_keys(each, command) for part in key.split(".")]
     if any(part.endswith("[]") for part in parts):
         sentences.append("`[]` stands for each item of a list.")
-    sentences += [f"`{name}` stands for each name." for name in dict.fromkeys(filter(str.isupper, parts))]
+    sentences += [f"`{name}` stands for each key of that object." for name in dict.fromkeys(filter(str.isupper, parts))]
     return " ".join(filter(None, sentences))
 
 
@@ -139,7 +139,7 @@ def _read_docstring(documented: Any, prefix: str) -> dict[str, Key]:
     _, _, text = re.sub(r"\n +", " ", inspect.getdoc(documented) or "").partition("keys:\n\n")
     for line in text.partition("\n\n")[0].splitlines():
         if not (matched := LINE.fullmatch(line)):
-            raise ValueError(f"{documented.__qualname__}: the line {line!r} is no key with its value and meaning")
+            raise ValueError(f"{documented.__qualname__}: the line {line!r} is not 'KEY: VALUE; MEANING.'")
         key, words = matched.groups()
         if key.endswith("*"):
             source, _, without = words.partition(" without ")

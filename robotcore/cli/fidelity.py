@@ -104,7 +104,7 @@ def command(
 
 
 def _build_answer(found: Fidelity, missed: Sequence[str], status: int) -> dict[str, Any]:
-    """Return the data for JSON.
+    """Return the JSON answer of ``robotcore fidelity``.
 
     The JSON keys:
 

@@ -116,7 +116,7 @@ def _open_closed_streams() -> None:
     """Open the null device for each closed standard stream. Otherwise a serial port could get the number of stdout."""
     for number, name in enumerate(("stdin", "stdout", "stderr")):
         if getattr(sys, name) is None:
-            file = os.open(os.devnull, os.O_RDWR)  # the lowest free number
+            file = os.open(os.devnull, os.O_RDWR)  # gets the lowest free number, which is that of the closed stream
             os.set_inheritable(file, True)
             setattr(sys, name, os.fdopen(file, "w" if number else "r"))
 

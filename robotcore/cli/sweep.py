@@ -255,7 +255,10 @@ def _write_error_badge(badge: Path | None, app: str) -> None:
 
 
 def _require_writable_outputs(out: Path | None, report: Path | None, junit: Path | None, badge: Path | None) -> None:
-    """Raise UsageError, before a long sweep, if an output could not be written. A report fits into the results."""
+    """Raise UsageError, before a long sweep, if an output could not be written.
+
+    The report may be in the folder of the results.
+    """
     for folder in ({"out": out}, {"report": report}):
         require_distinct_outputs(**folder, junit=junit, badge=badge)
     require_junit_file(junit)

@@ -79,7 +79,7 @@ def _build_answer(
     ended_by: Interrupted | RobotcoreError | None,
     status: int,
 ) -> dict[str, Any]:
-    """Return the data for JSON.
+    """Return the JSON answer of ``robotcore sweep``.
 
     The JSON keys:
 
@@ -93,7 +93,7 @@ def _build_answer(
     done: whole number; the number of finished runs.
     failing: whole number; the number of failing runs.
     groups: list of objects; the results by backend and world.
-    groups[].*: robotcore.cli.sweep_output._make_group_payload
+    groups[].*: robotcore.cli.sweep_output._build_group_answer
     missed: list of text; the bounds of ``--require`` that a group does not meet.
     exit_status: whole number; the exit status.
     """
@@ -110,14 +110,14 @@ def _build_answer(
         "runs": len(sweep),
         "done": sum(group.runs for group in groups),
         "failing": len(failing),
-        "groups": [_make_group_payload(group) for group in groups],
+        "groups": [_build_group_answer(group) for group in groups],
         "missed": misses,
         **_make_error_payload(ended_by),
         "exit_status": status,
     }
 
 
-def _make_group_payload(group: Group) -> dict[str, Any]:
+def _build_group_answer(group: Group) -> dict[str, Any]:
     """Return the data of a group for JSON.
 
     The JSON keys:

@@ -90,7 +90,7 @@ def command(
     robot = robot or _find_robot()
     wiring = _load_wiring(robot, backend, merge_options(options, port=port))
     if as_json:
-        write_json(_build_payload(robot, backend, wiring))
+        write_json(_build_answer(robot, backend, wiring))
         return
 
     write_line(f"{robot} on {backend}")
@@ -156,8 +156,8 @@ def _format_notes(wiring: Wiring) -> Iterator[str]:
         yield click.wrap_text(f"- {', '.join(names)}: {' '.join(note.split())}", 100, "", "  ")
 
 
-def _build_payload(robot: str, backend: str, wiring: Wiring) -> dict[str, Any]:
-    """Return the data for JSON.
+def _build_answer(robot: str, backend: str, wiring: Wiring) -> dict[str, Any]:
+    """Return the JSON answer of ``robotcore wiring``.
 
     The JSON keys:
 

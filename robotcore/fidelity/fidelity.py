@@ -148,7 +148,7 @@ class Fidelity:
         path_source: text; the source of the recorded path.
         as_recorded: object; the differences of the simulation with the recorded robot.
         as_recorded.*: robotcore.fidelity.measures.Differences
-        with_robot: object or null; those with the robot of ``--robot``, with the same keys. Null without ``--robot``.
+        with_robot: object or null; the same keys, for the robot of ``--robot``. Null without ``--robot``.
         notes: list of text; sentences about the sources of the measures, and about what the simulation lacks.
         """
         request, differences = self.recording.metadata.request, [asdict(each.differences) for each in self.simulations]

@@ -78,7 +78,7 @@ class RunResult:
     reason: str = ""
     """Why the run ended, as a sentence."""
     verified: bool | None = None
-    """Whether the run was a success by the true state of the simulator. None on a robot, and without a ``verify``."""
+    """Whether the simulator's true state confirms a success. None without true poses, and without a ``verify``."""
     judge: str | None = None
     """The app that verified the run, if it is not the app itself."""
     sim_time_s: float = 0.0

@@ -100,7 +100,7 @@ class SignalGuard:
         self._before: dict[int, Any] = {}
         self._suspension = 0
         self.watchdog_sigint = WatchdogSigint()
-        """Shared with the contexts inside it, because any of them may handle the signal."""
+        """The state that nested contexts share, because any of them may handle the signal."""
 
     def mask(self, *, but_last: bool = False) -> None:
         """Ignore all further signals. A run calls this before it closes the robot.

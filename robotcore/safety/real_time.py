@@ -6,7 +6,6 @@ this one.
 
 from __future__ import annotations
 
-import errno
 import os
 import signal
 import sys
@@ -53,7 +52,7 @@ REMEDY = (
 )
 
 
-_OTHER_PYTHON = "Leave --rt out, or take the Python of Debian"
+_OTHER_PYTHON = "Leave --rt out, or use the Python of Debian"
 
 
 def require_real_time() -> None:
@@ -63,7 +62,7 @@ def require_real_time() -> None:
     elif not hasattr(os, "sched_setscheduler"):
         text = f"--rt needs os.sched_setscheduler, and this Python lacks it. {_OTHER_PYTHON}"
     elif not _has_scheduler():
-        text = f"--rt needs sched_setscheduler, and this C library, such as musl, lacks it. {_OTHER_PYTHON}"
+        text = f"--rt needs sched_setscheduler, which this system lacks or forbids, such as with musl. {_OTHER_PYTHON}"
     else:
         return
     raise UsageError(text, kind="no-real-time", system=sys.platform)
@@ -74,9 +73,7 @@ def _has_scheduler() -> bool:
         return False
     try:
         os.sched_getscheduler(0)
-    except OSError as error:
-        if error.errno != errno.ENOSYS:
-            raise
+    except OSError:  # the C library lacks it, or a filter of system calls forbids it
         return False
     return True
 
@@ -281,7 +278,7 @@ def _find_lower_limit(first: int, second: int) -> int:
 def read_priority_and_locked_memory() -> dict[str, int]:
     """Return the real-time priority of this thread, 0 for the normal one, and the locked memory of the process in KB.
 
-    A system without real-time priorities has neither.
+    Both are 0 on a system without real-time priorities.
     """
     if not _has_scheduler():
         return {"priority": 0, "locked_kb": 0}

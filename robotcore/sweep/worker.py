@@ -9,7 +9,7 @@ import sys
 from collections.abc import Callable
 from contextlib import suppress
 from selectors import EVENT_READ, DefaultSelector
-from subprocess import TimeoutExpired
+from subprocess import DEVNULL, TimeoutExpired
 from threading import Lock
 from typing import Any
 
@@ -139,7 +139,7 @@ class _Process:
     def __init__(self) -> None:
         path = f"import sys; sys.path[:] = {sys.path!r}"
         code = f"{path}; from robotcore.sweep.worker_loop import run_worker_loop; run_worker_loop()"
-        self._popen, self._link = start_linked_process(code, stdout=_STDERR)
+        self._popen, self._link = start_linked_process(code, stdout=_STDERR if sys.stderr else DEVNULL)
 
     def send(self, call: bytes) -> None:
         """Send a pickled call. Raises OSError if the process has ended."""

@@ -31,7 +31,7 @@ HANG_S = 2.9
 """The step of the app does not return for this time, in seconds: less than the watchdog's limit."""
 
 ANSWER_S = 120.0
-"""The run with the stop ends after this time in seconds, so the question must be answered before."""
+"""The run with the stop ends after this time in seconds, so the person must answer before that."""
 
 VELOCITY_SHARE = 0.5
 REMEDY = {
@@ -41,7 +41,7 @@ REMEDY = {
 }
 
 
-STOP_FAILED = "a stop has failed before, so the motor is not turned"
+FAILED_STOP_REASON = "a rule about a stop failed, so the test turns no motor again"
 """The reason for a skipped rule after a failed stop."""
 
 
@@ -64,7 +64,7 @@ def find_motor(request: LoopbackRequest) -> MotorDescription | None:
 def check_motor(
     motor: MotorDescription | None, robot: str, person: LoopbackPerson, write: Callable[[str], object]
 ) -> Iterator[RuleResult]:
-    """Turn the motor in three runs of another program, and yield what the person has seen.
+    """Turn the motor in three runs of another program, and yield a result for each answer of the person.
 
     After a stop that failed, the motor is not turned again.
     """
@@ -77,14 +77,14 @@ def check_motor(
         )
         return
     action: Action
-    is_stop_failed = False
+    has_failed_stop = False
     for rule, topic, action in (
         ("motor-direction", "direction", "drive"),
         ("motor-stop", "stop", "stop"),
         ("motor-deadman", "deadman", "hang"),
     ):
-        if is_stop_failed:
-            yield RuleResult.skip(rule, STOP_FAILED)
+        if has_failed_stop:
+            yield RuleResult.skip(rule, FAILED_STOP_REASON)
             continue
         write(f"{rule}: the wheel turns")
         duration_s = {"drive": 1.5, "hang": 5.0, "stop": ANSWER_S}[action]
@@ -100,7 +100,7 @@ def check_motor(
         with run_program(request) as program:
             if action == "stop":
                 result = _ask_during_run(rule, topic, program, person)
-                is_stop_failed = result.verdict is Verdict.FAILED
+                has_failed_stop = result.verdict is Verdict.FAILED
                 yield result
             else:
                 yield _ask_after_run(rule, topic, program, START_S + duration_s, person)

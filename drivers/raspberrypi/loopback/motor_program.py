@@ -42,10 +42,10 @@ class MotorProgramRequest:
     rad_s: float
     """The velocity of the motor in rad/s."""
     action: Action
-    """What happens after `DRIVING_TICKS`. "tick" and "drive": the motor turns on. "stop": the app stops it. "hang": its
-    step does not return for ``hang_s``. "block": a call in C holds the interpreter's lock for `BLOCK_S`."""
+    """The app's action after `DRIVING_TICKS`. "tick" and "drive": the motor keeps turning. "stop": the app stops it.
+    "hang": its step does not return for ``hang_s``. "block": a call in C holds the interpreter's lock for `BLOCK_S`."""
     trials: int = 1
-    """How often "stop" and "hang" are done."""
+    """The number of times that the app stops or hangs."""
     duration_s: float = 30.0
     """The time after which the app ends in any case."""
     hang_s: float = 0.4

@@ -59,7 +59,7 @@ def measure_levels(wires: Sequence[LoopbackWire], pins: Any) -> Iterator[RuleRes
 
 def _build_latency_result(rule: str, delays: Sequence[float], bound_s: float) -> RuleResult:
     if not delays:
-        return RuleResult.fail(rule, "no edge was seen. Check the contacts of both wires")
+        return RuleResult.fail(rule, f"no edge within {LATE_S:g} s of a command. Check the contacts of both wires")
     percentiles = Percentiles.from_durations(delays)
     return RuleResult.from_measurement(
         rule,

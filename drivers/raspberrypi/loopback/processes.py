@@ -19,17 +19,16 @@ from robotcore.child_process import build_session_options
 from robotcore.threads import start_thread
 
 START_S = 60.0
-"""The time limit for the start of a program, in seconds. A Pi Zero imports NumPy for long."""
+"""The time limit for the start of a program, in seconds. A Pi Zero takes long to import NumPy."""
 
 END_S = 15.0
 
 CODE = "import sys; sys.path[:] = sys.argv[2:]; from drivers.raspberrypi.loopback.motor_program import main; main()"
-"""The code of the motor program. With ``python -m``, a file such as json.py in the working folder would be imported."""
+"""The code of the motor program. With ``python -m``, Python would import a json.py of the working folder."""
 
 LOAD = """
-import os
-parent = os.getppid()
-while os.getppid() == parent:
+import os, sys
+while os.getppid() == int(sys.argv[1]):
     sum(range(50_000))
 """
 """A program that uses a processor until its parent ends."""
@@ -72,7 +71,7 @@ class LoopbackProgram:
         self._errors += self._process.stderr
 
     def await_event(self, name: str, timeout_s: float = START_S) -> dict[str, Any] | None:
-        """Return the next event with a name; None if the program ends or the time is over before."""
+        """Return the next event with a name; None if the program ends first or the time limit passes."""
         while True:
             try:
                 line = self._lines.get(timeout=timeout_s)
@@ -130,9 +129,9 @@ def run_program(request: MotorProgramRequest) -> Iterator[LoopbackProgram]:
 
 @contextmanager
 def load_processors() -> Iterator[int]:
-    """Keep every processor busy during the block. Yield the number of programs that do so."""
+    """Keep every processor busy during the block. Yield the number of programs."""
     count = len(os.sched_getaffinity(0))
-    command = [sys.executable, "-S", "-c", LOAD]
+    command = [sys.executable, "-S", "-c", LOAD, str(os.getpid())]
     programs: list[subprocess.Popen[bytes]] = []
     try:
         for _ in range(count):

@@ -25,7 +25,7 @@ WIRES_INSTRUCTION = (
     "Switch the motors' supply off. Connect two jumper wires, best with 1 kΩ in each: {wires}. Nothing else may be "
     "connected to these pins"
 )
-NO_RT = "only with --rt"
+NO_RT = "the test ran without --rt. Add --rt"
 
 Measure = Callable[[], Iterator[RuleResult]]
 
@@ -73,7 +73,7 @@ class PiLoopbackTest(LoopbackTest):
         return {"model": read_model(self._root), **{name: each for name, each in libraries.items() if each}}
 
     def run(self, person: LoopbackPerson, write: Callable[[str], object]) -> Generator[RuleResult, None, None]:
-        wires, is_stop_failed = " and ".join(map(str, self.wires)), False
+        wires, has_failed_stop = " and ".join(map(str, self.wires)), False
         if not person.confirm("wires", WIRES_INSTRUCTION.format(wires=wires)):
             reason = "the wires were not connected"
             yield from (RuleResult.skip(rule, reason) for rule in self.rules[: -len(motor_off_ground.RULES)])
@@ -81,10 +81,10 @@ class PiLoopbackTest(LoopbackTest):
             with ExitStack() as released:
                 released.callback(release_low, self.wires)
                 for result in self._measure_over_wires(write):
-                    is_stop_failed |= result.rule in stops.RULES and result.verdict is Verdict.FAILED
+                    has_failed_stop |= result.rule in stops.RULES and result.verdict is Verdict.FAILED
                     yield result
-        if self._motor and is_stop_failed:
-            yield from (RuleResult.skip(rule, motor_off_ground.STOP_FAILED) for rule in motor_off_ground.RULES)
+        if self._motor and has_failed_stop:
+            yield from (RuleResult.skip(rule, motor_off_ground.FAILED_STOP_REASON) for rule in motor_off_ground.RULES)
         else:
             reference = self._request.robot_reference
             yield from motor_off_ground.check_motor(self._motor, reference, person, write)

@@ -48,7 +48,7 @@ WAYS = (
 RULES = tuple(way.rule for way in WAYS)
 TRIALS = 3
 AFTER_S = 0.5
-"""The pin is watched for this time after the bound, so that it stays low."""
+"""The test watches the pin for this time after the bound, in seconds, to check that it stays low."""
 
 WINDOW_S = 0.5
 """The pin is watched for this time after a stop, after which the same program turns the motor again."""

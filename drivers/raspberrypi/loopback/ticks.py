@@ -91,7 +91,7 @@ def measure_ticks(
 
 
 def build_jitter_result(rule: str, jitter: Jitter, rate_hz: float, **values: float) -> RuleResult:
-    """Return whether the deadman would not have stopped the motors, and few ticks were late."""
+    """Return the result of a rule: the deadman would not have stopped the motors, and few ticks were late."""
     period, worst_s = 1 / rate_hz, compute_lease(rate_hz) - 1 / rate_hz
     is_met = (
         jitter.percentiles.p99 <= period / 2
@@ -101,7 +101,7 @@ def build_jitter_result(rule: str, jitter: Jitter, rate_hz: float, **values: flo
     return RuleResult.from_measurement(
         rule,
         f"{jitter.percentiles}, {jitter.late_ticks} of {jitter.ticks} ticks late by half a period",
-        f"p99 at most {period / 2 * 1e3:g} ms, worst below {worst_s * 1e3:g} ms, {LATE_SHARE:.0%} late",
+        f"p99 at most {period / 2 * 1e3:g} ms, worst below {worst_s * 1e3:g} ms, at most {LATE_SHARE:.0%} late",
         is_met=is_met,
         reason="Run the app with --rt or a lower --rate, or end other programs",
         late_ticks=jitter.late_ticks,

@@ -107,10 +107,9 @@ class VirtualPiBackend(RaspberryPiBackend):
     def list_stand_ins(self, robot: RobotDescription) -> Sequence[str]:
         from drivers.raspberrypi.virtual.models import SIMULATED_DRIVERS, find_unmodelled
 
-        bindings = [
-            each for each in find_unmodelled(self.bind(robot)) if not isinstance(each.driver, SIMULATED_DRIVERS)
-        ]
-        return [each.name for each in (*self._find_driverless(robot), *bindings)]
+        unmodelled = find_unmodelled(self.bind(robot))
+        names = [each.name for each in unmodelled if not isinstance(each.driver, SIMULATED_DRIVERS)]
+        return [*names, *(each.name for each in self._find_driverless(robot))]
 
     def examine(self, robot: RobotDescription | None) -> Iterator[Finding]:
         """Yield a finding that lists the devices that the simulator's own devices replace, if there are any."""

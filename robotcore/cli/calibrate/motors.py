@@ -163,9 +163,9 @@ def _to_dict(result: MotorResult) -> dict[str, Any]:
     forward_rad_s.*: robotcore.calibration.least_squares.Estimate
     backward_rad_s: object; the velocity at the duty -1, in rad/s, as a positive number.
     backward_rad_s.*: robotcore.calibration.least_squares.Estimate
-    lag_s: object; the time constant of the lag, in seconds. Only if more than distances were measured.
+    lag_s: object; the time constant of the lag, in seconds. Only with an encoder or an IMU.
     lag_s.*: robotcore.calibration.least_squares.Estimate
-    delay_s: object; the time from a command to its effect, in seconds. Only if more than distances were measured.
+    delay_s: object; the time from a command to its effect, in seconds. Only with an encoder or an IMU.
     delay_s.*: robotcore.calibration.least_squares.Estimate
     r_squared: number; the coefficient of determination of the fit, from 0 to 1.
     residual_rad_s: number, rad/s; the root mean square of the residuals.

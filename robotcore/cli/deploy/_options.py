@@ -30,7 +30,7 @@ class DeployCommand(click.Command):
 
 
 class AnsweringDeployCommand(AnsweringCommand):
-    """A command with ``--json``."""
+    """A deploy command with ``--json``, whose answer after an error has the robot's address."""
 
     def build_failure_answer(
         self, parameters: Mapping[str, Any], error: RobotcoreError | Interrupted

@@ -43,7 +43,7 @@ def status(host: RobotAddress, *, as_json: bool) -> int:
 
 
 def _build_answer(host: RobotAddress, state: StatusAnswer, exit_status: int) -> dict[str, Any]:
-    """Return the data of ``status`` for JSON.
+    """Return the JSON answer of ``robotcore deploy status``.
 
     The JSON keys:
 

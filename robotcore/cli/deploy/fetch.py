@@ -67,7 +67,7 @@ def _ignore_progress(_progress: object) -> None:
 
 
 def _build_answer(host: RobotAddress, result: FetchResult, status: int) -> dict[str, Any]:
-    """Return the data for JSON.
+    """Return the JSON answer of ``robotcore deploy fetch``.
 
     The JSON keys:
 

@@ -40,7 +40,7 @@ def command(host: RobotAddress, *, as_json: bool) -> int:
 
 
 def _build_answer(host: RobotAddress, found: ReleasesAnswer) -> dict[str, Any]:
-    """Return the data for JSON.
+    """Return the JSON answer of ``robotcore deploy list``.
 
     The JSON keys:
 

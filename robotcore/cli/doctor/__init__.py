@@ -226,7 +226,7 @@ def _write_and_yield(found: Iterable[AboutFinding]) -> Iterator[AboutFinding]:
 
 
 def _build_answer(findings: Iterable[AboutFinding], warnings: int, errors: int, status: int) -> dict[str, Any]:
-    """Return the data for JSON.
+    """Return the JSON answer of ``robotcore doctor``.
 
     The JSON keys:
 

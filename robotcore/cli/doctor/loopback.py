@@ -80,7 +80,7 @@ def run_loopback(
 
 
 def _build_answer(report: LoopbackReport, file: Path) -> dict[str, Any]:
-    """Return the data for JSON.
+    """Return the JSON answer of ``robotcore doctor --loopback``.
 
     The JSON keys:
 
@@ -121,6 +121,8 @@ def _measure(
         report.end(str(cause))
         report.save(file)
         write(f"The test did not reach its end. The partial report: {file}")
+        if cause is error:
+            raise
         raise cause from None
 
 
@@ -148,5 +150,9 @@ def _write_result(result: RuleResult) -> None:
 def _write_end(report: LoopbackReport, file: Path) -> None:
     write_line()
     write_line(f"{report.count('passed')} passed, {report.count('failed')} failed, {report.count('skipped')} skipped")
-    write_line(f"The report: {file}. robotcore has removed names, serial numbers and paths from it.")
-    write_line('Read it and send it: "Test your Pi" in the page "From a box of parts to a robot" of the documentation')
+    write_line(f"The report: {file}. robotcore has removed the private parts that it recognises: the host's name, the")
+    write_line("user's name, serial numbers, addresses and paths.")
+    write_line(
+        'Read it, and send it as the section "Test your Pi" describes, in the page "From a box of parts to a robot"'
+    )
+    write_line("of the documentation.")

@@ -36,9 +36,13 @@ UNFINISHED = "the program ended before the test"
 HIDDEN = "…"
 _FILE = re.compile(r"[\w./~-]+\.(?:toml|py|json)\b")
 _PATH = re.compile(r"(?<![\w.…])(?:~[\w.-]*)?/(?!dev/(?!serial/)|proc/(?!\d)|sys/|etc/|boot/)[^\s:;,'\"()]+")
-_ADDRESS = re.compile(r"(?<![\w.])\d{2,3}(?:\.\d{1,3}){3}(?![\w.])")
-_SERIAL_NUMBER = re.compile(r"\b(?=[a-fA-F]*\d)[0-9a-fA-F]{12,}\b")
-_PROCESS = re.compile(r"process \d+(?: \([^)]*\))?")
+_ADDRESS = re.compile(
+    r"(?<![\w.])\d{2,3}(?:\.\d{1,3}){3}(?![\w.])|(?<![\w:])(?:[0-9a-fA-F]{1,4}::?){2,7}[0-9a-fA-F]{1,4}(?![\w:])"
+)
+"""Matches IPv4, IPv6 and MAC addresses."""
+
+_SERIAL_NUMBER = re.compile(r"(?<![\w.])(?=[a-fA-F]*\d)[0-9a-fA-F]{12,}\b")
+_PROCESS = re.compile(r"process \d+(?: \(.*\))?")
 OPTION = "--report"
 
 
@@ -138,7 +142,7 @@ class LoopbackReport:
         options.has_robot: true or false; whether ``--robot`` was given.
         passed: whole number; the number of rules that passed.
         failed: whole number; the number of rules that failed.
-        skipped: whole number; the number of rules without a result.
+        skipped: whole number; the number of rules that the test skipped.
         rules: list of objects; the results of the rules.
         rules[].*: robotcore.hal.loopback.RuleResult
         exit_status: whole number; the exit status.
@@ -242,14 +246,15 @@ def format_row(file: Path) -> str:
         f"{counts['passed']} / {counts['failed']} / {counts['skipped']}{ended}",
         worst,
         stops,
-        f"[report]({quote(file.name)})",
+        f"[report](reports/{quote(file.name)})",
     )
     return f"| {' | '.join(cells)} |"
 
 
 def _escape_markdown(text: str) -> str:
-    """Return a text without a meaning in a cell of a Markdown table: no link, no mention, no formula."""
-    return re.sub(r"([\\`*_\[\]<>&~|:@#$]|(?<=www)\.)", r"\\\1", escape(text), flags=re.IGNORECASE)
+    """Return a text with escapes, so that it makes no link, mention or formula in a Markdown table."""
+    escaped = re.sub(r"([\\`*_\[\]<>&~|:$]|(?<=www)\.)", r"\\\1", escape(text), flags=re.IGNORECASE)
+    return re.sub("([@#])", r"\1<!-- -->", escaped)  # GitHub finds @name and #1 after it has removed the escapes
 
 
 def _format_ms(values: Mapping[str, float]) -> str:

@@ -8,9 +8,9 @@ from keyword import iskeyword
 from robotcore.errors import UsageError
 
 NAME = re.compile(r"[a-z][a-z0-9]*(?:[-_][a-z0-9]+)*")
-"""Matches a name that is valid for a package, a module and a robot, if it has at most `MAX_NAME` characters."""
+"""Matches a name that is valid for a package, a module and a robot, if it has at most `MAX_NAME_LENGTH` characters."""
 
-MAX_NAME = 64
+MAX_NAME_LENGTH = 64
 """The maximum number of characters of a robot's name. The new project's robot has the name of the project."""
 
 
@@ -22,7 +22,8 @@ WINDOWS_NAMES = frozenset(
 # fmt: off
 CONFIGURATION_NAMES = frozenset([
     "conftest", "cz", "hatch", "lychee", "mise", "noxfile", "pdm", "pixi", "poetry", "pylintrc", "pylock", "pyrefly",
-    "pytest", "ruff", "setup", "tach", "taplo", "towncrier", "tox", "ty", "typos", "uv",
+    "pytest", "ruff", "setup", "sitecustomize", "tach", "taplo", "towncrier", "tox", "ty", "typos", "usercustomize",
+    "uv",
 ])
 # fmt: on
 """Names of tools' own files. A tool reads such a ``.toml`` or ``.py`` in a project's root as its configuration."""
@@ -39,8 +40,8 @@ def require_valid_name(name: str) -> None:
         return
     meant = _suggest_name(name)
     raise UsageError(
-        f"{name!r} is not a valid name for a project. Use at most {MAX_NAME} lower-case letters and digits, with "
-        f"single - or _ between them, and begin with a letter{f', such as {meant}' if meant else ''}",
+        f"{name!r} is not a valid name for a project. Use at most {MAX_NAME_LENGTH} characters: lower-case letters, "
+        f"digits, and single - or _ between them. Begin with a letter{f'. Did you mean {meant!r}?' if meant else ''}",
         kind="invalid-project-name",
         name=name,
         meant=meant,
@@ -48,7 +49,7 @@ def require_valid_name(name: str) -> None:
 
 
 def _is_valid(name: str) -> bool:
-    return len(name) <= MAX_NAME and NAME.fullmatch(name) is not None
+    return len(name) <= MAX_NAME_LENGTH and NAME.fullmatch(name) is not None
 
 
 def _suggest_name(name: str) -> str:

@@ -8,7 +8,7 @@ import sys
 from collections.abc import Sequence
 from contextlib import suppress
 from socket import SHUT_WR, socket
-from subprocess import Popen, TimeoutExpired
+from subprocess import DEVNULL, Popen, TimeoutExpired
 from types import TracebackType
 
 from robotcore.child_process import start_linked_process
@@ -227,7 +227,7 @@ class Guardian:
 def _start_process() -> tuple[Popen[bytes], socket]:
     # The output of the process goes to stderr, because stdout contains the run's result.
     try:
-        return start_linked_process(_CODE, sys.path, stdout=_STDERR, is_detached=True)
+        return start_linked_process(_CODE, sys.path, stdout=_STDERR if sys.stderr else DEVNULL, is_detached=True)
     except OSError as error:
         raise GuardianError(
             f"no guardian process can be started: {error.strerror}. {_NOT_STARTED}", kind="guardian-not-started"

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Iterator, Mapping
 from typing import Any
 
@@ -24,8 +25,16 @@ def list_commands(group: click.Group = robotcore, words: str = "") -> Iterator[t
 
 COMMANDS = dict(list_commands())
 
-WORDS = {dict: "object", list: "list", str: "text", bool: "true", int: "number", float: "number", type(None): "null"}
-"""The words for the types of JSON in the tables."""
+WORDS = {
+    dict: ("object",),
+    list: ("list",),
+    str: ("text",),
+    bool: ("true",),
+    int: ("whole number", "number"),
+    float: ("number",),
+    type(None): ("null",),
+}
+"""The words for the types of JSON, with which a type in the tables begins."""
 
 
 def find_documented_keys(words: str) -> dict[str, Key]:
@@ -49,13 +58,18 @@ def list_disagreements(words: str, *answers: Any) -> list[str]:
     found += [
         f"{key} is {each!r}, not {types[key]}"
         for key, each in values
-        if key in types and WORDS[type(each)] not in types[key]
+        if key in types and not _has_type(each, types[key])
     ]
     absent = {key for key, each in documented.items() if each.is_optional} - printed
     inner = tuple(f"{key}{end}" for key in absent for end in (".", "[]"))
     missing = {key for key in documented.keys() - printed - absent if not key.startswith(inner)}
     found += [f"not printed: {key}" for key in sorted(missing)]
     return found + [f"not documented: {key}" for key in sorted(printed - documented.keys())]
+
+
+def _has_type(value: Any, documented: str) -> bool:
+    alternatives = re.split(", | or ", documented.partition(":")[0])
+    return any(each.startswith(WORDS[type(value)]) for each in alternatives)
 
 
 def _list_values(value: Any, documented: Mapping[str, Key], path: str = "") -> Iterator[tuple[str, Any]]:

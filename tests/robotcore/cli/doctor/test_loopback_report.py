@@ -68,6 +68,9 @@ def test_the_report_has_versions_and_the_model() -> None:
         ("the board /dev/serial/by-id/usb-Arduino_7503030373535140A1-if00", "the board …"),
         ("serial 00000000a1b2c3d4 at 192.168.1.20, lgpio 0.2.2.0", "serial … at …, lgpio 0.2.2.0"),
         ("/proc/812/fd and ~alice/robot", "… and …"),
+        ("from fe80::dea6:32ff:fe01:203, dc:a6:32:01:02:03", "from …, …"),
+        ("off by 0.333333333333 s at GPIO 20:21", "off by 0.333333333333 s at GPIO 20:21"),
+        ("held by process 8 (a (b) c)", "held by another program"),
         (f"on {platform.node()} for {getpass.getuser()}!", "on … for …!"),
     ],
 )
@@ -86,7 +89,13 @@ def test_a_row_has_the_columns_of_the_table(tmp_path: Path) -> None:
     assert row.count("|") == header.count("|")
     cells = [cell.strip() for cell in row.strip("|").split("|")]
     assert cells[0] == "Raspberry Pi 4 Model B Rev 1.4"
-    assert cells[2:] == [saved["robotcore"], "1 / 1 / 1", "31.5 / –", "– / – / – / 400.0 / –", "[report](pi.json)"]
+    assert cells[2:] == [
+        saved["robotcore"],
+        "1 / 1 / 1",
+        "31.5 / –",
+        "– / – / – / 400.0 / –",
+        "[report](reports/pi.json)",
+    ]
 
 
 def test_the_row_of_a_partial_report_says_so(tmp_path: Path) -> None:
@@ -110,7 +119,7 @@ def test_a_row_makes_neither_links_nor_mentions_of_a_strangers_texts(tmp_path: P
     saved["board"]["model"], saved["os"] = "@someone #1 $x$ www.evil.example", "https://evil.example/x"
     (tmp_path / "pi.json").write_text(json.dumps(saved))
     row = format_row(tmp_path / "pi.json")
-    assert r"\@someone \#1 \$x\$ www\.evil.example" in row
+    assert r"@<!-- -->someone #<!-- -->1 \$x\$ www\.evil.example" in row
     assert r"https\://evil.example/x" in row
 
 

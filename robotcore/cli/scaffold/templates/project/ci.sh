@@ -20,13 +20,13 @@ sweep) # The gate: the app must find the ball in these rooms, and touch nothing.
         --report build/report --junit build/junit/sweep.xml --badge build/badge.svg
     ;;
 replay) # A new recording: the app must decide by its samples alone. The kept recordings: it must decide as before.
-    rm -f build/new.mcap build/junit/replay-*.xml # those of recordings that have been deleted, too
+    rm -f build/new.mcap build/junit/replay-*.xml # also the test cases of deleted recordings
     robotcore run search.py --robot my_robot.toml --world room.toml --seed 7 --record build/new.mcap ||
         echo "This run has failed. Its decisions are replayed nevertheless." >&2
     [ -e build/new.mcap ] || { echo "The run has recorded nothing, so there is nothing to replay" >&2 && exit 1; }
     differing=
     for recording in build/new.mcap recordings/*.mcap; do
-        [ -e "$recording" ] || [ -L "$recording" ] || continue # without a kept recording, the pattern itself is the name
+        [ -e "$recording" ] || [ -L "$recording" ] || continue # if no file matches, the shell leaves the pattern as it is
         case $recording in build/*) name=new ;; *) name=kept-$(basename "$recording" .mcap) ;; esac
         robotcore replay "$recording" --app search.py --require-equal --junit "build/junit/replay-$name.xml" ||
             differing="$differing $recording"
