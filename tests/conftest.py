@@ -11,11 +11,15 @@ from pathlib import Path
 
 import coverage
 import pytest
+from hypothesis import settings
 
 from robotcore.system import HAS_POSIX, IS_LINUX
 from tests.texts import check_text as check_text  # noqa: PLC0414  a fixture
 from tests.texts import pytest_addoption as pytest_addoption  # noqa: PLC0414  a hook
 from tests.texts import raises as raises  # noqa: PLC0414  a fixture
+
+settings.register_profile("no-deadline", deadline=None)  # an example takes longer on a busy machine
+settings.load_profile("no-deadline")
 
 GRACE_S = 2.0
 """Seconds for the end of a thread or a child process after the test."""
