@@ -102,7 +102,7 @@ def test_missing_world_is_refused(raises: Raises) -> None:
         PyBulletBackend().open(setup(None))
 
 
-@pytest.mark.skipif(not sys.platform.startswith("linux"), reason="only X11 has the variable DISPLAY")
+@pytest.mark.linux("only X11 has the variable DISPLAY")
 def test_a_window_without_a_screen_is_refused_before_bullet_ends_the_process(
     monkeypatch: pytest.MonkeyPatch, raises: Raises
 ) -> None:
