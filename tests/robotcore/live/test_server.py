@@ -90,7 +90,9 @@ def test_a_viewer_gets_the_run_the_ticks_and_the_pictures(run: LiveRun, enter: E
     about = client.receive("run")
     assert (about["app"], about["backend"], about["robot"], about["world"]) == ("Circles", "kinematic", "rover", "open")
     assert {each["name"] for each in about["devices"]} == {*run.context.robot.devices}
-    tick, later = client.receive("tick"), client.receive("tick")
+    tick = later = client.receive("tick")
+    while later["tick"] == tick["tick"]:  # a new viewer can get the present tick twice
+        later = client.receive("tick")
     assert later["tick"] > tick["tick"]
     assert later["truth"] != tick["truth"]
     assert later["sent"][1] > later["sent"][0] > 0
