@@ -122,7 +122,7 @@ def _app_row(name: str) -> dict[str, Any]:
 
     name: text; the name of the app.
     summary: text; the first line of its docstring, or why it cannot be imported.
-    needs: list of text; the devices and abilities that it needs.
+    needs: list of text; the roles and devices that the app needs.
     milestones: list of text; the names of its milestones, in their order.
     settings: list of objects; its settings.
     settings[].name: text; the name for ``--set``.
@@ -207,7 +207,7 @@ def _fault_row(name: str) -> dict[str, Any]:
     The JSON keys:
 
     name: text; the name of the fault.
-    on: list of text; the kinds of devices that it affects.
+    on: list of text; the kinds of devices that the fault affects.
     parameters: list of objects; its parameters.
     parameters[].*: robotcore.runtime.faults.spec.Parameter
     example: text; a value for ``--fault``.
@@ -282,7 +282,7 @@ def _robot_row(name: str) -> dict[str, Any]:
 
     name: text; the name of the robot.
     summary: text; a description in a few words.
-    drives: true or false; whether it has a drive.
+    drives: true or false; whether the robot has a drive.
     devices: list of text; the names of its devices.
     """
     from robotcore.description import load_robot

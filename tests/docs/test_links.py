@@ -9,6 +9,8 @@ from pathlib import Path
 
 import pytest
 
+from docs.generator.error_pages import NOTES
+from docs.generator.plugin_pages import list_plugin_pages
 from tests.docs.listings import CODE, FENCE, ROOT, read_pages
 
 PAGES = read_pages()
@@ -84,9 +86,11 @@ def test_wrong_link_is_found(link: str, mistake: str) -> None:
 
 
 def test_messages_and_shipped_files_name_pages_by_their_titles() -> None:
-    titles = {text.partition("\n")[0].removeprefix("# ") for text in PAGES.values()}
+    pages = [*PAGES.values(), *(text for _, text in list_plugin_pages())]
+    titles = {text.partition("\n")[0].removeprefix("# ") for text in pages}
     shipped = [file for folder in ("robotcore", "drivers", "apps") for file in (ROOT / folder).rglob("*.*")]
     texts = {file: file.read_text(encoding="utf-8") for file in shipped if file.suffix in {".py", ".toml"}}
+    texts[NOTES] = NOTES.read_text(encoding="utf-8").replace('\\"', '"')
     named = {(file, title) for file, text in texts.items() for title in re.findall(r'\bpage "([^"]+)"', text)}
     assert len(named) > 10
     assert {(file, title) for file, title in named if title not in titles} == set()

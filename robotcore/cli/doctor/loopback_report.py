@@ -47,7 +47,7 @@ OPTION = "--report"
 
 
 def hide_private(text: str) -> str:
-    """Return a text without paths, programs, IPv4 addresses, serial numbers, the host's name and the user's name.
+    """Return a text without paths, programs, addresses, serial numbers, and the names of the host and the user.
 
     >>> hide_private("GPIO 17 is held by process 812 (my_robot)")
     'GPIO 17 is held by another program'
